@@ -8,13 +8,9 @@ from brushgs.cli import main
 from brushgs.cli.config_file import located_text
 from brushgs.cli.configs import paint_config
 from brushgs.cli.parser import parse
-from brushgs.errors import SceneError
+from tests.kit.for_each import for_each
 
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 def config(text, name="mine.toml"):
@@ -38,20 +34,14 @@ def test_a_file_is_as_good_as_flags():
     assert options_of(parsed(text)) == options_of(parse(["render", "scene.ply", *flags]))
 
 
-def test_the_table_of_the_command_wins_over_what_is_above_it_and_others_are_not_read():
-    args = parsed("seed = 1\nkeep = 0.5\n[render]\nseed = 2\n[cluster]\nseed = 3\nwhatever = 4\n")
-    assert vars(args)["cluster.seed"] == 2
-    assert vars(args)["prune.keep"] == 0.5
+def test_the_table_of_the_command_wins_over_what_is_above_it_and_flags_over_both():
+    text = "seed = 1\nkeep = 0.5\nsize = [64, 48]\n[render]\nseed = 2\n[cluster]\nseed = 3\nwhatever = 4\n"
+    args = vars(parsed(text))
+    assert (args["cluster.seed"], args["prune.keep"], args["view.size"]) == (2, 0.5, (64, 48))
+    assert vars(parsed(text, "--seed", "5"))["cluster.seed"] == 5
 
 
-def test_flags_win():
-    args = parsed("seed = 1\nsize = [64, 48]\n[render]\nstrokes = 100", "--seed", "5", "--stroke-size", "7")
-    assert vars(args)["cluster.seed"] == 5
-    assert str(vars(args)["cluster.strokes"]) == "7px"
-    assert vars(args)["view.size"] == (64, 48)
-
-
-@pytest.mark.parametrize(
+@for_each(
     ("text", "words", "gone"),
     [
         ("strokes = 100", ["--stroke-size", "9"], None),
@@ -104,7 +94,7 @@ def test_words_that_are_no_files_stay_as_they_are():
     assert located_text("a\0.b", Path()) == "a\0.b"
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "message"),
     [
         ("\nstrokez = 3", "mine.toml: line 2: strokez is no option; did you mean 'stroke'"),
@@ -112,18 +102,14 @@ def test_words_that_are_no_files_stay_as_they_are():
         ("[render]\nhost = 'x'", r"line 2: \[render\] host is no option of `brushgs render`"),
         ("[render]\nlook = oil", "mine.toml: is not TOML"),
         ("config = 'other.toml'", "line 1: a file of options names no other; remove config"),
+        ("strokes = 3\nstroke-size = 4", "cannot be combined with .*; some options are those of --config"),
     ],
 )
 def test_what_is_wrong_in_a_file_is_told_with_its_line(text, message):
-    with pytest.raises(SceneError, match=message):
+    with pytest.raises(ValueError, match=message):
         parsed(text)
 
 
 def test_a_file_that_is_missing_is_told(capsys):
     assert main(["render", "scene.ply", "--config", "nope.toml"]) == 2
     assert capsys.readouterr().err == "brushgs: nope.toml: cannot be read: no such file or directory\n"
-
-
-def test_options_of_a_file_that_exclude_each_other_are_told_with_their_origin():
-    with pytest.raises(ValueError, match=r"cannot be combined with .*; some options are those of --config"):
-        parsed("strokes = 3\nstroke-size = 4")

@@ -11,7 +11,7 @@ import pytest
 
 from brushgs.cli.stopping import Stop, hearing_stops
 from brushgs.formats.pictures.images import read_image
-from tests.scenes import save_upright, still_life_of
+from tests.kit.for_each import for_each
 
 ROOT = Path(__file__).resolve().parents[2]
 # Strokes that are soon made: signals come while they are painted.
@@ -23,34 +23,38 @@ if hasattr(signal, "SIGHUP"):
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")
 
 
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "a.ply"
-    save_upright(still_life_of(1000), path)
-    return path
+@pytest.fixture
+def place(tmp_path):
+    """A folder with empty ones for output and for temporary files."""
+    for name in ("out", "temporary"):
+        (tmp_path / name).mkdir()
+    return tmp_path
 
 
 @pytest.fixture
-def start(scene, tmp_path):
-    """Starts a long painting; folders for its output and for its temporary files."""
-    out, temporary = tmp_path / "out", tmp_path / "temporary"
-    out.mkdir()
-    temporary.mkdir()
+def start(scene, place):
+    """Starts a painting; a long one with these words."""
 
-    def start(*words, **options):
-        command = [sys.executable, "-m", "brushgs", "render", scene, *SOON, "--orbit", "3000"]
+    def start(*words):
+        command = [sys.executable, "-m", "brushgs", "render", scene, *SOON, *words]
         return subprocess.Popen(
-            [*map(str, command), "--size", "160x120", *words],
-            cwd=out,
-            env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)},
+            list(map(str, command)),
+            cwd=place / "out",
+            env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(place / "temporary")},
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
             start_new_session=True,
-            **options,
         )
 
     return start
+
+
+LONG = "--orbit", "3000", "--size", "160x120"
+
+
+def files(folder):
+    return sorted(path.name for path in folder.iterdir())
 
 
 def wait_until(condition, process):
@@ -70,63 +74,52 @@ def wait_until(condition, process):
         (signal.SIGHUP, ("-o", "a.gif", "--jobs", "2")),
     ],
 )
-def test_every_video_is_whole_or_not_there(start, tmp_path, number, words):
-    with start(*words) as process:
-        wait_until(lambda: list((tmp_path / "out").iterdir()), process)
+def test_every_video_is_whole_or_not_there(start, place, number, words):
+    with start(*LONG, *words) as process:
+        wait_until(lambda: files(place / "out"), process)
         process.send_signal(number)
         out, err = process.communicate()
     assert (process.returncode, out) == (CODES[number], "")
     assert err == "brushgs: stopped: no video was written; numbered frames, -o a/, can be resumed\n"
-    assert list((tmp_path / "out").iterdir()) == list((tmp_path / "temporary").iterdir()) == []
+    assert files(place / "out") == files(place / "temporary") == []
 
 
-def test_a_still_is_whole_or_not_there(scene, tmp_path):
+def test_a_still_is_whole_or_not_there(start, place):
     """The signal comes while the picture is written: encoders are not interrupted, but nothing is left."""
-    out, temporary = tmp_path / "out", tmp_path / "temporary"
-    out.mkdir()
-    temporary.mkdir()
-    command = [sys.executable, "-m", "brushgs", "render", scene, *SOON]
-    with subprocess.Popen(
-        [*map(str, command), "--size", "1500x1000", "-o", "a.exr"],
-        cwd=out,
-        env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        wait_until(lambda: list(out.iterdir()), process)
+    with start("--size", "1500x1000", "-o", "a.exr") as process:
+        wait_until(lambda: files(place / "out"), process)
         process.send_signal(signal.SIGTERM)
         _, err = process.communicate()
     assert (process.returncode, err) in [(143, "brushgs: stopped\n"), (0, "")]
-    left = [path.name for path in out.iterdir()]
+    left = files(place / "out")
     assert left in ([], ["a.exr"])
-    assert list(temporary.iterdir()) == []
+    assert files(place / "temporary") == []
     if left:
-        assert read_image(out / "a.exr").shape[:2] == (1000, 1500)
+        assert read_image(place / "out" / "a.exr").shape[:2] == (1000, 1500)
 
 
-def test_a_signal_to_all_processes_leaves_none_of_their_files(start, tmp_path):
+def test_a_signal_to_all_processes_leaves_none_of_their_files(start, place):
     """As `timeout` sends it: to the whole group, and twice to the first process."""
-    with start("-o", "f/%05d.exr", "--jobs", "3") as process:
-        wait_until((tmp_path / "out" / "f" / "00005.exr").exists, process)
+    with start(*LONG, "-o", "f/%05d.exr", "--jobs", "3") as process:
+        wait_until((place / "out/f/00005.exr").exists, process)
         process.send_signal(signal.SIGTERM)
         os.killpg(process.pid, signal.SIGTERM)
         out, err = process.communicate()  # ends when no process holds the pipe any more
     assert (process.returncode, out) == (143, "")
     assert "of 3000 frames are done; add --resume to paint the rest\n" in err
     assert err.count("\n") == 1
-    files = sorted(path.name for path in (tmp_path / "out" / "f").iterdir())
-    assert files == [".%05d.exr.json", *(f"{index:05}.exr" for index in range(len(files) - 1))]
-    assert list((tmp_path / "temporary").iterdir()) == []
+    left = files(place / "out/f")
+    assert left == [".%05d.exr.json", *(f"{index:05}.exr" for index in range(len(left) - 1))]
+    assert files(place / "temporary") == []
 
 
-def test_a_killed_command_leaves_no_process_and_these_no_files(start, tmp_path):
-    with start("-o", "f/%05d.exr", "--jobs", "2") as process:
-        wait_until((tmp_path / "out" / "f" / "00005.exr").exists, process)
+def test_a_killed_command_leaves_no_process_and_these_no_files(start, place):
+    with start(*LONG, "-o", "f/%05d.exr", "--jobs", "2") as process:
+        wait_until((place / "out/f/00005.exr").exists, process)
         process.kill()
         process.communicate()
     until = time.monotonic() + 60
-    while list((tmp_path / "temporary").iterdir()):
+    while files(place / "temporary"):
         assert time.monotonic() < until
         time.sleep(0.01)
 
@@ -143,7 +136,7 @@ def test_the_second_of_two_signals_does_not_interrupt_the_cleaning_up(monkeypatc
         stop.hear(signal.SIGTERM, None)
 
 
-@pytest.mark.parametrize("number", CODES)
+@for_each("number", CODES)
 def test_a_stop_amid_generated_code_gives_the_exit_code_too(number):
     """As while a dataclass is made: Python would end by SIGINT, 4 of 37 commands stopped at any time did."""
     code = f"""

@@ -7,25 +7,17 @@ from pathlib import Path
 
 import pytest
 
-import brushgs as bg
-from tests.scenes import still_life_of
+from tests.kit.for_each import for_each
 
 ROOT = Path(__file__).resolve().parents[2]
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no shell for this")
 
 
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "a.ply"
-    bg.save(still_life_of(1000), path)
-    return path
-
-
 @pytest.fixture
-def run(made, tmp_path):
+def run(scene, tmp_path):
     """Exit code, stdout and stderr of `brushgs WORDS REDIRECTION`, in a folder with nothing but the scene."""
-    (tmp_path / "a.ply").symlink_to(made)
+    (tmp_path / "a.ply").symlink_to(scene)
 
     def run(words, redirection):
         found = subprocess.run(
@@ -45,7 +37,7 @@ RENDER = "render a.ply --look plain --see off --stroke ellipse --strokes 50 --si
 GONE = "| { true; }"
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("redirection", "out"),
     [
         ("<&- >&- 2>&-", ""),
@@ -62,16 +54,12 @@ def test_a_picture_is_painted_whatever_becomes_of_the_words_about_it(run, tmp_pa
     assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
 
 
-@pytest.mark.parametrize(
-    ("words", "redirection"),
-    [("info a.ply", GONE), ("--help", ">&- 2>&-")],
+@for_each(
+    ("words", "redirection", "code"),
+    [("info a.ply", GONE, 0), ("--help", ">&- 2>&-", 0), ("render none.ply", "2>/dev/full", 2)],
 )
-def test_what_nobody_reads_ends_quietly(run, words, redirection):
-    assert run(words, redirection) == (0, "", "")
-
-
-def test_an_error_that_cannot_be_told_has_its_exit_code(run):
-    assert run("render none.ply", "2>/dev/full") == (2, "", "")
+def test_what_nobody_reads_ends_quietly_with_its_exit_code(run, words, redirection, code):
+    assert run(words, redirection) == (code, "", "")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no /dev/full")

@@ -10,6 +10,7 @@ from brushgs.cli import main
 
 pytest.importorskip("transformers", reason="the extra `text` is not installed")
 
+from tests.kit.commands import refused
 from tests.passes.where.tiny_clip import save_tiny_clip
 from tests.scenes import still_life_of
 
@@ -59,21 +60,18 @@ def test_rules_name_their_model_beside_them(capsys, place):
     assert 'text_model = "folder"' in message
 
 
-def refused(capsys, *words):
-    """The one sentence with which a command ends."""
-    assert main(["prune", "a.ply", "--where", "text:red jug", "-o", "b.ply", "--quiet", *words]) == 2
-    (line,) = capsys.readouterr().err.strip().splitlines()
-    return line
+def refused_without(capsys, *words):
+    return refused(capsys, "prune", "a.ply", "--where", "text:red jug", "-o", "b.ply", "--quiet", *words)
 
 
 def test_words_without_a_model_are_refused_before_anything_is_loaded(capsys, monkeypatch):
     monkeypatch.setattr("brushgs.formats.read_scene", None)
-    assert "where has text:red jug, which needs --text-model FOLDER, a CLIP model" in refused(capsys)
+    assert "where has text:red jug, which needs --text-model FOLDER, a CLIP model" in refused_without(capsys)
 
 
-@pytest.mark.parametrize("name", ["nowhere", "a.ply"])
-def test_what_is_no_model_is_refused(capsys, name):
-    assert f"{name}: is " in refused(capsys, "--text-model", name)
+def test_what_is_no_model_is_refused(capsys):
+    for name in ("nowhere", "a.ply"):
+        assert f"{name}: is " in refused_without(capsys, "--text-model", name)
 
 
 def test_a_pickle_is_refused_with_the_cure(capsys, tmp_path, place):
@@ -81,11 +79,11 @@ def test_a_pickle_is_refused_with_the_cure(capsys, tmp_path, place):
         (tmp_path / path.name.replace("model.safetensors", "pytorch_model.bin")).write_bytes(
             path.read_bytes()
         )
-    message = refused(capsys, "--text-model", str(tmp_path))
+    message = refused_without(capsys, "--text-model", str(tmp_path))
     assert "pytorch_model.bin, which can be a pickle" in message
     assert "save_pretrained" in message
 
 
 def test_a_missing_library_is_refused_with_the_cure(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "transformers", None)
-    assert "pip install 'brushgs[text]'" in refused(capsys, "--text-model", "clip")
+    assert "pip install 'brushgs[text]'" in refused_without(capsys, "--text-model", "clip")

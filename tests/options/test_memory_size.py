@@ -7,22 +7,20 @@ from tests.kit.for_each import for_each
 
 
 @for_each(
-    ("text", "size"),
-    [("8GB", 8 * 10**9), ("500 MB", 5 * 10**8), ("1.5gib", 3 << 29), ("2TiB", 2 << 40), ("0.5mb", 500_000)],
+    ("text", "size", "told"),
+    [
+        ("8GB", 8 * 10**9, "8 GB"),
+        ("30.2 GB", 30_200_000_000, "30.2 GB"),
+        ("1.5gib", 3 << 29, "1.61 GB"),
+        ("0.5mb", 500_000, "0.5 MB"),
+    ],
 )
-def test_a_size_is_read(text: str, size: int) -> None:
+def test_a_size_is_read_and_told(text: str, size: int, told: str) -> None:
     assert parse_memory(text) == size
+    assert memory_words(size) == told
 
 
 @for_each("text", ["", "8", "8 G", "GB", "-1GB", "0GB", "1e3MB", "1,5GB", "8GB ", "nan GB"])
 def test_what_is_no_size_is_refused(text: str) -> None:
     with pytest.raises(ValueError, match=r"^memory must be a size above 0 such as 8GB or 500MB"):
         parse_memory(text)
-
-
-def test_a_size_is_told() -> None:
-    assert [memory_words(size) for size in (8 * 10**9, 30_200_000_000, 512_000_000)] == [
-        "8 GB",
-        "30.2 GB",
-        "512 MB",
-    ]

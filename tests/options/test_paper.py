@@ -43,24 +43,20 @@ def test_sheets_turn_unless_they_say_how_they_lie(name):
     assert not ViewConfig(size=upright).is_composable
 
 
-@for_each("text", ["A7@300", "A3@", "A3@x", "A3-square@300", "40x30ft@200", "x30cm@200", "@300"])
-def test_what_is_no_paper_is_answered_by_examples(text):
-    with pytest.raises(ValueError, match="must be a size on paper such as A3@300, A4-portrait@300"):
-        chosen_size(text)
-
-
-@for_each("text", ["A3", "letter", "40x30cm"])
-def test_paper_without_resolution_asks_for_it(text):
-    with pytest.raises(ValueError, match=f"must name the pixels per inch too, {text}@300"):
-        chosen_size(text)
+EXAMPLES = "must be a size on paper such as A3@300, A4-portrait@300"
 
 
 @for_each(
-    "case", [("A3@5", "10 to 2400 dpi"), ("A0@2400", "268 million pixels, .*; take fewer dpi than A0@2400")]
+    ("text", "sentence"),
+    [
+        *((text, EXAMPLES) for text in ("A7@300", "A3@", "A3@x", "A3-square@300", "40x30ft@200", "@300")),
+        *((text, f"must name the pixels per inch too, {text}@300") for text in ("A3", "letter", "40x30cm")),
+        ("A3@5", "10 to 2400 dpi"),
+        ("A0@2400", "268 million pixels, .*; take fewer dpi than A0@2400"),
+    ],
 )
-def test_paper_of_too_few_or_too_many_pixels_is_refused(case):
-    text, words = case
-    with pytest.raises(ValueError, match=words):
+def test_what_is_no_paper_is_answered_by_examples(text, sentence):
+    with pytest.raises(ValueError, match=sentence):
         chosen_size(text)
 
 
@@ -77,9 +73,6 @@ def test_strokes_in_millimetres_need_paper():
 def test_a_part_is_four_whole_numbers(text):
     with pytest.raises(ValueError, match="must be X,Y,W,H in pixels"):
         read_crop(text)
-
-
-def test_a_part_holds_pixels():
     assert OutputConfig(crop=read_crop("0, 1, 20,30")).crop == (0, 1, 20, 30)
     with pytest.raises(ValueError, match=r"crop must be X,Y,W,H .* got 0,0,0,4"):
         OutputConfig(crop=(0, 0, 0, 4))

@@ -1,12 +1,15 @@
+"""Spheres and stereo pictures: what fits them."""
+
+from pathlib import Path
+
 import pytest
 
-import brushgs as bg
-from brushgs.cli import main
 from brushgs.options.hand import HandConfig
 from brushgs.options.media import Ink, Watercolour
 from brushgs.options.output import OutputConfig
 from brushgs.options.painting import DrawConfig, PaintConfig, ViewConfig
 from brushgs.options.projection import ProjectionConfig
+from tests.kit.commands import refused
 from tests.kit.for_each import for_each
 
 SPHERE, EYES, HALVES = (
@@ -28,26 +31,6 @@ def test_spheres_have_a_size_of_their_own(projection, given, size):
     assert PaintConfig(view=ViewConfig(size=given), projection=projection).view.fixed_size == size
 
 
-@for_each("projection, size, sentence", [
-    (SPHERE, (640, 360), "twice as wide as high such as 720x360, got 640x360"),
-    (HALVES, (640, 360), "must be square such as 360x360, got 640x360"),
-])  # fmt: skip
-def test_spheres_of_another_shape_are_refused(projection, size, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        PaintConfig(view=ViewConfig(size=size), projection=projection)
-
-
-@for_each("stereo", ["side", "top"])
-def test_a_sphere_has_no_two_fixed_eyes(stereo):
-    with pytest.raises(ValueError, match="no depth to their sides; use stereo vr180"):
-        ProjectionConfig(projection="equirect", stereo=stereo)
-
-
-def test_a_distance_of_eyes_needs_two():
-    with pytest.raises(ValueError, match="ipd needs stereo"):
-        ProjectionConfig(ipd=0.1)
-
-
 @for_each("name, options, sentence", [
     ("stereo side", {"hand": HandConfig(hold=2)}, "hold, boil, redraw and smear"),
     ("stereo side", {"output": OutputConfig(deep=True)}, "deep, the strokes of one camera"),
@@ -56,41 +39,35 @@ def test_a_distance_of_eyes_needs_two():
     ("projection equirect", {"output": OutputConfig(layers=("motion",))}, "got motion; omit it"),
     ("projection equirect", {"draw": DrawConfig(lock="track")}, "one camera; use canonical"),
     ("projection equirect", {"media": Watercolour()}, "got watercolour, whose pictures would show edges"),
+    ("projection equirect", {"view": ViewConfig(size=(640, 360))}, "twice as wide as high such as 720x360"),
+    ("stereo vr180", {"view": ViewConfig(size=(640, 360))}, "must be square such as 360x360, got 640x360"),
     ("stereo vr180", {"media": Ink()}, "got ink, whose pictures would show edges"),
+    *((name, {"draw": DrawConfig(background="README.md")}, "must be a color with") for name in RIGS),
 ])  # fmt: skip
-def test_what_belongs_to_one_pinhole_camera_is_refused(name, options, sentence):
+def test_what_belongs_to_one_pinhole_camera_is_refused(name, options, sentence, monkeypatch):
+    monkeypatch.chdir(Path(__file__).parents[2])
     with pytest.raises(ValueError, match=sentence) as caught:
         PaintConfig(projection=RIGS[name], **options)
     assert name in str(caught.value)
 
 
-@for_each("name", RIGS)
-def test_a_picture_as_background_is_refused(name, tmp_path):
-    path = tmp_path / "sky.png"
-    path.write_bytes(b"")
-    with pytest.raises(ValueError, match=f"background must be a color with {name}"):
-        PaintConfig(projection=RIGS[name], draw=DrawConfig(background=str(path)))
+@for_each("options, sentence", [
+    ({"projection": "equirect", "stereo": "side"}, "no depth to their sides; use stereo vr180"),
+    ({"projection": "equirect", "stereo": "top"}, "no depth to their sides; use stereo vr180"),
+    ({"ipd": 0.1}, "ipd needs stereo"),
+])  # fmt: skip
+def test_what_is_no_projection_is_refused(options, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        ProjectionConfig(**options)
 
 
 @for_each("flags", [["--fov-deg", "40"], ["--zoom", "2"], ["--roll", "5"]])
 @for_each("rig", [["--projection", "equirect"], ["--stereo", "vr180"]])
-def test_a_sphere_has_no_lens(flags, rig, capsys):
-    assert main(["render", "missing.ply", *rig, *flags]) == 2
-    assert (
-        f"{flags[0]} cannot be combined with {rig[0]} {rig[1]}, which has no lens" in capsys.readouterr().err
-    )
-
-
-def test_a_sphere_is_no_vector_drawing(tmp_path):
-    from brushgs.pipeline.still import paint_file
-
-    with pytest.raises(ValueError, match=r"no sphere and no eyes; write .*\.png"):
-        paint_file("scene.ply", tmp_path / "a.svg", PaintConfig(projection=SPHERE))
-
-
-def test_keywords_of_python_are_checked_alike():
-    with pytest.raises(ValueError, match="must be twice as wide as high"):
-        bg.paint("scene.ply", projection="equirect", size=(300, 200))
+def test_a_sphere_has_no_lens_and_is_no_vector_drawing(flags, rig, capsys):
+    err = refused(capsys, "render", "missing.ply", *rig, *flags)
+    assert f"{flags[0]} cannot be combined with {rig[0]} {rig[1]}, which has no lens" in err
+    err = refused(capsys, "render", "missing.ply", *rig, "-o", "a.svg")
+    assert "no sphere and no eyes; write a.png" in err
 
 
 @for_each(

@@ -8,17 +8,18 @@ from brushgs.errors import SceneError
 from brushgs.options.look import Look
 from brushgs.options.rules import Rules
 from brushgs.options.styling import StyleConfig, StyleShare
+from tests.kit.for_each import for_each
 
 TEXT = "monet.style:0.8;color=1;marks=0.7;direction=0.5;line=0,dusk.style:0.2"
 
 
-@pytest.mark.parametrize("text", [TEXT, "a.style:0.5", "a b.style:1;stage=0,c.style:0"])
-def test_a_config_is_read_again_from_its_text(text):
-    config = StyleConfig.parse(text)
-    assert StyleConfig.parse(str(config)) == config
+def test_a_config_is_read_again_from_its_text():
+    for text in (TEXT, "a.style:0.5", "a b.style:1;stage=0,c.style:0"):
+        config = StyleConfig.parse(text)
+        assert StyleConfig.parse(str(config)) == config
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "sentence"),
     [
         ("a.style:1;colour=1", "style must have properties among .*, got 'colour'; did you mean 'color'"),

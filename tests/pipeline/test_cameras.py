@@ -10,20 +10,17 @@ from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 SIZE = {"width": 96, "height": 64}
+PEARS = still_life_of(1000)
 
 
-@pytest.fixture(scope="module")
-def pears():
-    return still_life_of(3000)
-
-
-def cameras_of(gaussians, views=None, **view):
+def cameras_of(views=None, **view):
     """The cameras of a painting, without painting it."""
     config = PaintConfig(view=ViewConfig(size=(96, 64), **view))
-    return prepare(gaussians, config, Report(), views=views, asks=["cameras"]).cameras
+    return prepare(PEARS, config, Report(), views=views, asks=["cameras"]).cameras
 
 
 def assert_same(one, other):
@@ -32,7 +29,7 @@ def assert_same(one, other):
     assert (one.width, one.height, one.near) == (other.width, other.height, other.near)
 
 
-@pytest.mark.parametrize(
+@for_each(
     "view",
     [
         {},
@@ -41,39 +38,36 @@ def assert_same(one, other):
         {"look_at": (0.1, -1.0, 0.0), "distance": 4.0},
     ],
 )
-def test_a_scene_is_framed_as_its_painting_is(pears, view):
+def test_a_scene_is_framed_as_its_painting_is(view):
     angles = {"azimuth": "azimuth_deg", "elevation": "elevation_deg", "fov_y": "fov_deg", "roll": "roll_deg"}
     ours = {angles.get(name, name): degrees(x) if name in angles else x for name, x in view.items()}
-    framed, painted = bg.frame_scene(pears, **SIZE, **ours), cameras_of(pears, **view)[0]
+    framed, painted = bg.frame_scene(PEARS, **SIZE, **ours), cameras_of(**view)[0]
     np.testing.assert_allclose(framed.viewmat, painted.viewmat, atol=1e-12)
     np.testing.assert_allclose(framed.K, painted.K, rtol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["azimuth", "elevation", "fov_y", "roll"])
-def test_radians_of_old_names_are_taken_with_a_warning(pears, name):
+@for_each("name", ["azimuth", "elevation", "fov_y", "roll"])
+def test_radians_of_old_names_are_taken_with_a_warning(name):
     new = f"{name.removesuffix('_y')}_deg"
-    with pytest.warns(
-        DeprecationWarning, match=f"{name} in radians is now {new} in degrees; write {new}=28.6479"
-    ):
-        old = bg.frame_scene(pears, **SIZE, **{name: 0.5})
-    np.testing.assert_allclose(
-        old.viewmat, bg.frame_scene(pears, **SIZE, **{new: degrees(0.5)}).viewmat, atol=1e-12
+    words = f"{name} in radians is now {new} in degrees; write {new}=28.6479"
+    with pytest.warns(DeprecationWarning, match=words):
+        old = bg.frame_scene(PEARS, **SIZE, **{name: 0.5})
+    now = bg.frame_scene(PEARS, **SIZE, **{new: degrees(0.5)})
+    np.testing.assert_allclose(old.viewmat, now.viewmat, atol=1e-12)
+
+
+def test_an_orbit_is_that_of_the_command():
+    pairs = list(
+        zip(bg.orbit(PEARS, 5, **SIZE, zoom=1.3), cameras_of(PathConfig(orbit=5), zoom=1.3), strict=True)
     )
-    with pytest.raises(TypeError, match="has no keyword 'angle'"):
-        bg.orbit(pears, 3, angle=1)
-
-
-def test_an_orbit_is_that_of_the_command(pears):
-    ours = bg.orbit(pears, 5, **SIZE, zoom=1.3)
-    theirs = cameras_of(pears, PathConfig(orbit=5), zoom=1.3)
-    assert len(ours) == len(theirs) == 5
-    for one, other in zip(ours, theirs, strict=True):
+    assert len(pairs) == 5
+    for one, other in pairs:
         assert_same(one, other)
 
 
-def test_any_three_numbers_are_a_point_to_look_at(pears):
+def test_any_three_numbers_are_a_point_to_look_at():
     points = [(0, -1, 0), [0, -1, 0], np.array([0.0, -1, 0])]
-    first, *others = [bg.frame_scene(pears, **SIZE, look_at=point) for point in points]
+    first, *others = [bg.frame_scene(PEARS, **SIZE, look_at=point) for point in points]
     for other in others:
         assert_same(first, other)
     x, y, z = first.viewmat[:3, :3] @ (0, -1, 0) + first.viewmat[:3, 3]
@@ -81,15 +75,21 @@ def test_any_three_numbers_are_a_point_to_look_at(pears):
     assert z > 0
 
 
-def test_views_that_are_none_are_refused(pears):
-    nothing = pears[:0]
-    with pytest.raises(ValueError, match="frame_scene: gaussians must have at least one row, got none"):
-        bg.frame_scene(nothing)
-    with pytest.raises(ValueError, match="orbit: gaussians must have at least one row, got none"):
-        bg.orbit(nothing, 3)
-    with pytest.raises(ValueError, match="orbit: num_frames must be at least 1, got 0"):
-        bg.orbit(pears, 0)
-    with pytest.raises(ValueError, match="fov-deg must be above 0 and below 180 degrees, got 180"):
-        bg.frame_scene(pears, fov_deg=180)
-    with pytest.raises(ValueError, match="azimuth cannot be combined with side"):
-        bg.frame_scene(pears, azimuth_deg=0.0, side="left")
+@for_each(
+    ("view", "error", "sentence"),
+    [
+        (lambda: bg.frame_scene(PEARS[:0]), ValueError, "frame_scene: gaussians must have at least one row"),
+        (lambda: bg.orbit(PEARS[:0], 3), ValueError, "orbit: gaussians must have at least one row, got none"),
+        (lambda: bg.orbit(PEARS, 0), ValueError, "orbit: num_frames must be at least 1, got 0"),
+        (lambda: bg.orbit(PEARS, 3, angle=1), TypeError, "has no keyword 'angle'"),
+        (lambda: bg.frame_scene(PEARS, fov_deg=180), ValueError, "fov-deg must be above 0 and below 180"),
+        (
+            lambda: bg.frame_scene(PEARS, azimuth_deg=0.0, side="left"),
+            ValueError,
+            "azimuth cannot be combined with side",
+        ),
+    ],
+)
+def test_views_that_are_none_are_refused(view, error, sentence):
+    with pytest.raises(error, match=sentence):
+        view()

@@ -1,19 +1,16 @@
 """Drawings in charcoal: four masses, lights, pressed lines, and a stage that sets off its subject."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.options.look import Look
-from brushgs.options.painting import ViewConfig
 from brushgs.passes.color.squint import Squint, squinted
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering.plain import plain_views
 from brushgs.still_life import still_life_camera
 from brushgs.values.sh import base_colors
+from tests.kit.configs import blind
 from tests.scenes import still_life_of
 
 SIZE = 240, 180
@@ -21,15 +18,8 @@ SCENE = still_life_of(4000)
 CAMERA = still_life_camera(width=SIZE[0], height=SIZE[1])
 
 
-def config_of(look="charcoal", num_strokes=900, **color):
-    config = Look.open(look).config
-    return replace(
-        config,
-        strokes=replace(config.strokes, see="off"),
-        cluster=replace(config.cluster, strokes=num_strokes),
-        color=replace(config.color, **color),
-        view=ViewConfig(size=SIZE),
-    )
+def config_of(**steps):
+    return blind("charcoal", 900, SIZE, **steps)
 
 
 @pytest.fixture(scope="module")
@@ -73,8 +63,7 @@ def test_masses_have_four_values_in_the_shares_of_the_view(drawn):
 def test_lights_are_taken_out_and_chalk_lies_on_toned_paper_alone(drawn):
     names = [one.name for one in drawn.painting.coats]
     assert names.index("marks") < names.index("rubber") < names.index("chalk") < names.index("lines")
-    config = config_of()
-    white = replace(config, ground=replace(config.ground, ground="#ffffff"))
+    white = config_of(ground={"ground": "#ffffff"})
     others = prepare(SCENE, white, Report(), views=CAMERA).painting.coats
     assert "chalk" not in {one.name for one in others}
 
@@ -83,6 +72,5 @@ def test_a_frame_alone_is_that_of_any_number_of_threads_and_depends_on_its_view_
     other = bg.Camera.look_at((1, -1, -4), (0, 0, 0), width=SIZE[0], height=SIZE[1])
     drawn.painting.frame(other)
     np.testing.assert_array_equal(drawn.painting.frame(CAMERA).rgb, picture.rgb)
-    config = config_of()
-    one = prepare(SCENE, replace(config, draw=replace(config.draw, threads=1)), Report(), views=CAMERA)
+    one = prepare(SCENE, config_of(draw={"threads": 1}), Report(), views=CAMERA)
     np.testing.assert_array_equal(one.painting.frame(CAMERA).rgb, picture.rgb)

@@ -12,7 +12,6 @@ from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,
     PaintConfig,
-    StrokesConfig,
     ViewConfig,
 )
 from brushgs.options.sequence import PathConfig
@@ -20,19 +19,15 @@ from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint
 from tests.doctor.scenes import ball
+from tests.kit.commands import stages
+from tests.kit.for_each import for_each
 from tests.passes.reduce.test_floaters import blobs, joined
 
 DIRTY = joined(ball(), blobs([(0, 2.5, 0), (2.5, 0, 0)], 0.1))
-OPAQUE = bg.Gaussians(
-    ball().means,
-    ball().quats,
-    ball().scales * np.float32(2),
-    np.full(len(ball()), 0.99, np.float32),
-    ball().sh,
+OPAQUE = replace(
+    ball(), scales=ball().scales * np.float32(2), opacities=np.full(len(ball()), 0.99, np.float32)
 )
-ASIDE = bg.Gaussians(
-    OPAQUE.means + np.float32([9, 0, 0]), OPAQUE.quats, OPAQUE.scales, OPAQUE.opacities, OPAQUE.sh
-)
+ASIDE = replace(OPAQUE, means=OPAQUE.means + np.float32([9, 0, 0]))
 TWO = joined(OPAQUE, ASIDE)
 CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=96, height=72)  # sees one of the two
 PAINT = PaintConfig(cluster=ClusterConfig(200), draw=DrawConfig("flat"), view=ViewConfig(size=(96, 72)))
@@ -40,10 +35,10 @@ FOR_VIEW = replace(PAINT, cluster=ClusterConfig(200, strokes_for="view"))
 
 
 def stage(report, name):
-    return next(stage for stage in report.stages if stage.name == name)
+    return stages(report)[name]
 
 
-@pytest.mark.parametrize(("floaters", "dropped"), [("off", 0), ("sure", 2)])
+@for_each(("floaters", "dropped"), [("off", 0), ("sure", 2)])
 def test_floaters_are_dropped_before_the_view_is_framed(floaters, dropped):
     report = Report()
     config = replace(PAINT, clean=CleanConfig(floaters))
@@ -57,10 +52,8 @@ def test_floaters_are_dropped_before_the_view_is_framed(floaters, dropped):
 
 def test_strokes_are_not_searched_for_floaters(tmp_path):
     write_scene(DIRTY, tmp_path / "strokes.ply", is_strokes=True)
-    report = Report()
-    assert len(
-        prepare(tmp_path / "strokes.ply", replace(PAINT, cluster=ClusterConfig(None)), report).strokes
-    ) == len(DIRTY)
+    report, whole = Report(), replace(PAINT, cluster=ClusterConfig(None))
+    assert len(prepare(tmp_path / "strokes.ply", whole, report).strokes) == len(DIRTY)
     assert "they are strokes already" in stage(report, "clean").skipped[0]
 
 
@@ -82,11 +75,6 @@ def test_all_strokes_are_spent_where_the_camera_looks():
     both = prepare(TWO, PAINT, plain_report, views=CAMERA)
     assert "seen" not in [stage.name for stage in plain_report.stages]
     assert (both.strokes.means[:, 0] > 4).sum() > 50
-
-
-def bare(config):
-    draw = replace(config.draw, underpaint=False, streaks=0.0)
-    return replace(config, draw=draw, strokes=StrokesConfig.off())
 
 
 def test_the_report_says_when_most_strokes_lie_outside():

@@ -20,6 +20,8 @@ from brushgs.pipeline.still import paint_view
 from brushgs.rendering.wanted import Wanted
 from brushgs.values.layers import Matte
 from brushgs.values.part import Part
+from tests.kit.commands import names, refused, save_opaque
+from tests.kit.configs import changed
 from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
@@ -30,18 +32,9 @@ PARTS = (Part(37, 29, 60, 41), Part(133, 101, 7, 1))
 SMALL = ["--quiet", "--size", f"{WIDTH}x{HEIGHT}", "--strokes", "300", "--up", "-y", "--see", "off"]
 
 
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "still_life.ply"
-    bg.save(still_life_of(3000), path)
-    return path
-
-
 @cache
 def prepared_in(look):
-    config = replace(
-        config_of(look), view=ViewConfig(size=(WIDTH, HEIGHT)), cluster=ClusterConfig(strokes=300)
-    )
+    config = changed(config_of(look), view=ViewConfig(size=(WIDTH, HEIGHT)), cluster={"strokes": 300})
     return prepare(still_life_of(3000), config, Report())
 
 
@@ -88,21 +81,35 @@ def test_layers_and_samples_of_a_part_are_those_of_the_whole():
             assert np.array_equal(cut.deep.colors, whole.deep.colors)
 
 
-def pixels_of(path):
-    with Image.open(path) as picture:
-        return np.asarray(picture)
+def rendered(scene, name, *flags):
+    """The pixels of a file of `brushgs render`, and their resolution."""
+    assert main(["render", str(scene), *SMALL, *flags, "-o", name]) == 0
+    with Image.open(name) as picture:
+        return np.asarray(picture), picture.info.get("dpi")
 
 
-@for_each("background", ["transparent", "picture"])
-def test_the_file_of_a_part_is_the_cut_of_that_of_the_whole(background, scene, tmp_path):
-    if background == "picture":
-        background = str(tmp_path / "behind.png")
-        Image.fromarray(np.random.default_rng(0).integers(0, 256, (60, 80, 3), np.uint8)).save(background)
-    flags = [*SMALL, "--look", "plain", "--stroke", "flat", "--background", background]
-    for name, more in (("whole.png", []), ("part.png", ["--crop", "37,29,60,41"])):
-        assert main(["render", str(scene), *flags, *more, "-o", str(tmp_path / name)]) == 0
-    whole, part = (pixels_of(tmp_path / name) for name in ("whole.png", "part.png"))
-    assert np.array_equal(part, whole[29:70, 37:97])
+@pytest.fixture
+def in_strips(monkeypatch):
+    """A function that has pictures painted in strips of so many pixels from now on."""
+
+    def switch(pixels):
+        monkeypatch.setattr(strips, "MOST_PIXELS", 100)
+        monkeypatch.setattr(strips, "STRIP_PIXELS", pixels)
+
+    return switch
+
+
+def test_the_file_of_a_part_is_the_cut_of_that_of_the_whole_also_in_strips(scene, folder, in_strips):
+    save_opaque("behind.png", np.random.default_rng(0).random((60, 80, 3)))
+    cuts = {}
+    for background in ("transparent", "behind.png"):
+        flags = ["--look", "plain", "--stroke", "flat", "--background", background]
+        whole, _ = rendered(scene, "whole.png", *flags)
+        cuts[background], _ = rendered(scene, "part.png", *flags, "--crop", "7,3,120,90")
+        assert np.array_equal(cuts[background], whole[3:93, 7:127])
+    in_strips(40 * WIDTH)
+    found, _ = rendered(scene, "strips.png", *flags, "--crop", "7,3,120,90")
+    assert np.array_equal(found, cuts[background])
 
 
 def test_an_exr_says_where_in_the_picture_its_part_lies(scene, tmp_path):
@@ -119,31 +126,16 @@ def test_an_exr_says_where_in_the_picture_its_part_lies(scene, tmp_path):
         source.close()
 
 
-@for_each("suffix", ["png", "tif", "jpg"])
-def test_strips_give_the_file_of_one_piece(suffix, scene, tmp_path, monkeypatch):
-    for look in ("oil", "charcoal") if suffix == "png" else ("oil",):
-        files = [tmp_path / f"{name}.{suffix}" for name in ("whole", "strips")]
-        flags = [*SMALL, "--look", look, "--size", f"{WIDTH}x{HEIGHT}@200"]
-        assert main(["render", str(scene), *flags, "-o", str(files[0])]) == 0
-        monkeypatch.setattr(strips, "MOST_PIXELS", 100)
-        monkeypatch.setattr(strips, "STRIP_PIXELS", 20 * WIDTH)  # strips of one row of tiles
-        assert main(["render", str(scene), *flags, "-o", str(files[1])]) == 0
-        monkeypatch.undo()
-        assert np.array_equal(*map(pixels_of, files))
-        for file in files:
-            with Image.open(file) as picture:
-                assert picture.info["dpi"] == pytest.approx((200, 200), abs=0.1)
-
-
-def test_strips_of_a_part_on_a_picture_are_those_of_one_piece(scene, tmp_path, monkeypatch):
-    behind = tmp_path / "behind.png"
-    Image.fromarray(np.random.default_rng(0).integers(0, 256, (60, 80, 3), np.uint8)).save(behind)
-    flags = [*SMALL, "--look", "plain", "--background", str(behind), "--crop", "5,3,120,90"]
-    assert main(["render", str(scene), *flags, "-o", str(tmp_path / "whole.png")]) == 0
-    monkeypatch.setattr(strips, "MOST_PIXELS", 100)
-    monkeypatch.setattr(strips, "STRIP_PIXELS", 40 * WIDTH)
-    assert main(["render", str(scene), *flags, "-o", str(tmp_path / "strips.png")]) == 0
-    assert np.array_equal(pixels_of(tmp_path / "whole.png"), pixels_of(tmp_path / "strips.png"))
+@for_each(("look", "suffix"), [("oil", "png"), ("charcoal", "png"), ("oil", "tif"), ("oil", "jpg")])
+def test_strips_give_the_file_of_one_piece(look, suffix, scene, folder, in_strips, monkeypatch):
+    flags = ["--look", look, "--size", f"{WIDTH}x{HEIGHT}@200"]
+    whole, dpi = rendered(scene, f"whole.{suffix}", *flags)
+    in_strips(20 * WIDTH)  # strips of one row of tiles
+    found, dpi_of_strips = rendered(scene, f"strips.{suffix}", *flags)
+    monkeypatch.undo()
+    monkeypatch.chdir(folder)
+    assert np.array_equal(found, whole)
+    assert dpi == dpi_of_strips == pytest.approx((200, 200), abs=0.1)
 
 
 def test_a_picture_beyond_the_memory_is_refused(monkeypatch):
@@ -155,23 +147,16 @@ def test_a_picture_beyond_the_memory_is_refused(monkeypatch):
 
 
 @for_each(
-    "case",
+    ("flags", "sentence"),
     [
         (["--crop", "100,0,41,10"], "crop must lie in the picture of 140x102 pixels, got 100,0,41,10"),
-        (
-            ["--crop", "0,0,4,4", "-o", "part.svg"],
-            "crop must be omitted for a drawing in lines, got part.svg",
-        ),
+        (["--crop", "0,0,4,4", "-o", "a.svg"], "crop must be omitted for a drawing in lines, got a.svg"),
         (["--stroke-size", "8mm"], "stroke-size must be in px without a size on paper, got 8mm"),
     ],
 )
-def test_what_cannot_be_printed_is_refused(case, scene, capsys, monkeypatch, tmp_path):
-    flags, words = case
-    monkeypatch.chdir(tmp_path)
-    size = ["--quiet", "--size", f"{WIDTH}x{HEIGHT}", "--up", "-y"]
-    assert main(["render", str(scene), *size, *flags]) == 2
-    assert words in capsys.readouterr().err
-    assert not list(tmp_path.iterdir())
+def test_what_cannot_be_printed_is_refused(flags, sentence, scene, capsys, folder):
+    assert sentence in refused(capsys, "render", scene, "--size", f"{WIDTH}x{HEIGHT}", *flags)
+    assert names() == []
 
 
 def test_paper_lies_as_suits_the_subject(scene):

@@ -1,45 +1,31 @@
 """Detail that is lost with distance, in whole paintings: stills, films, and what is exported."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from brushgs.options.focus import Focus
-from brushgs.options.look import Look
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from tests.passes.scenes import assert_same
+from tests.kit.commands import stages
+from tests.kit.configs import blind
 from tests.scenes import still_life_of
 
 SCENE = still_life_of(1500)
 NEAR = (*SCENE.means[SCENE.means[:, 2].argmin()].tolist(), 0.3)
 
 
-def config(strength, **strokes):
-    look = Look.open("oil").config
-    return replace(
-        look,
-        draw=replace(look.draw, lock="anchor"),  # frames below are painted without a track
-        view=replace(look.view, size=(96, 72), up=(0, -1, 0)),
-        strokes=replace(look.strokes, depth_of_field=strength, see="off", **strokes),
-    )
-
-
-def painted(strength, scene=SCENE, views=None, count=300, **strokes):
-    report, chosen = Report(), config(strength, **strokes)
-    chosen = replace(chosen, cluster=replace(chosen.cluster, strokes=count))
-    return prepare(scene, chosen, report, views=views), report
+def painted(strength, count=300, **strokes):
+    report = Report()
+    config = blind("oil", count, (96, 72), strokes={"depth_of_field": strength} | strokes, view={"up": "-y"})
+    return prepare(SCENE, config, report), report
 
 
 def test_switched_off_nothing_is_made_for_it():
-    found, report = painted(0.0)
-    assert not {"lens", "depth of field"} & {stage.name for stage in report.stages}
-    assert_same(found.strokes, painted(0.0)[0].strokes)
+    assert not {"lens", "depth of field"} & set(stages(painted(0.0)[1]))
 
 
 def blur_of(found, report):
     """Blur of the strokes by the depths in focus that the report states, for one view."""
-    ((low, high),) = next(stage.counts for stage in report.stages if stage.name == "lens")["depths"]
+    ((low, high),) = stages(report)["lens"].counts["depths"]
     viewmat = found.cameras[0].viewmat
     depths = found.strokes.means @ viewmat[2, :3] + viewmat[2, 3]
     return np.minimum(np.abs(np.clip(depths, low, high) / depths - 1), 1)

@@ -1,12 +1,11 @@
 """`--explain` says what a painting makes, and why not the rest."""
 
 import json
-from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from brushgs.cli import main
 from brushgs.options.direction import Direction
 from brushgs.options.look import Look
 from brushgs.options.painting import CleanConfig, ViewConfig
@@ -15,22 +14,20 @@ from brushgs.pipeline.estimate import estimate
 from brushgs.pipeline.prepare import PICTURE, STROKES, open_job
 from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life_camera
+from tests.kit.commands import names, run
+from tests.kit.configs import changed
 from tests.kit.for_each import for_each
-from tests.scenes import save_upright, still_life_of
+from tests.scenes import still_life_of
 
 SCENE = still_life_of(1000)
 FACTS = {"is_strokes": False, "is_empty": False}
 
 
-def config_of(look, **changes):
-    config = Look.open(look).config
-    view = ViewConfig(size=(64, 48), up="-y")
-    ground = replace(config.ground, stage=False)  # which takes a third of the time; one job has it
-    config = replace(config, cluster=replace(config.cluster, strokes=60), view=view, ground=ground)
-    for step, values in changes.items():
-        old = getattr(config, step)
-        config = replace(config, **{step: replace(old, **values) if isinstance(values, dict) else values})
-    return config
+def config_of(look, **steps):
+    """The stage takes a third of the time; one job has it."""
+    ground = {"stage": False} | steps.pop("ground", {})
+    config = changed(Look.open(look).config, cluster={"strokes": 60}, ground=ground)
+    return changed(config, view=ViewConfig(size=(64, 48), up="-y"), **steps)
 
 
 OFF = {"strokes": {"edges": 0.0, "economy": 0.0, "focus": None}, "light": {"key": 0.0}}
@@ -74,51 +71,25 @@ def test_what_depends_on_the_scene_is_undecided():
     assert (found.runs, found.why) == ("undecided", "decided when cleaned is known")
 
 
-@pytest.fixture
-def file(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    save_upright(SCENE, "a.ply")
-    return tmp_path
-
-
-def test_the_command_prints_and_writes_nothing(file, capsys):
-    assert main(["render", "a.ply", "--explain"]) == 0
-    out = capsys.readouterr().out
+def test_the_command_prints_and_writes_nothing(scene, folder, capsys):
+    code, out, _ = run(capsys, "render", scene, "--explain")
+    assert code == 0
     assert "no --palette" in out
     assert f"{len(SCENE):,} Gaussians; " in out
     assert out.endswith("nothing was painted\n")
-    assert [path.name for path in file.iterdir()] == ["a.ply"]
-
-
-def test_json_has_all_steps_and_the_estimate(file, capsys):
-    assert main(["render", "a.ply", "--explain", "--json", "--orbit", "8", "--size", "64x48"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    out = run(capsys, "render", scene, "--explain", "--json", "--orbit", "8", "--size", "64x48")[1]
+    found = json.loads(out)
     assert {"read", "is_path", "painting"} <= {one["name"] for one in found["steps"]}
     assert found["estimate"]["seconds"] > 0.5
     assert found["estimate"]["written"] == pytest.approx(8 * 64 * 48 * 1.5)
-
-
-@pytest.mark.parametrize(("suffix", "start"), [(".svg", "<svg "), (".dot", "digraph ")])
-def test_a_drawing_has_every_step_once(file, suffix, start):
-    assert main(["render", "a.ply", "--explain", "-o", f"graph{suffix}"]) == 0
-    text = (file / f"graph{suffix}").read_text()
-    assert text.startswith(start)
-    box = 'x="%s"' if suffix == ".dot" else ">plain_views</text>"
-    assert text.count(box if suffix == ".svg" else '"plain_views" [') == 1
-
-
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (["a.ply", "-o", "a.png"], "--explain draws .svg or .dot, got a.png; omit -o to print it"),
-        (["none.ply"], "none.ply"),
-    ],
-)
-def test_what_cannot_be_explained_gets_one_sentence(file, capsys, words, sentence):
-    assert main(["render", *words, "--explain"]) == 2
-    out, err = capsys.readouterr()
-    assert (out, err.count("\n")) == ("", 1)
-    assert sentence in err
+    assert names() == []
+    # A drawing has every step once.
+    assert run(capsys, "render", scene, "--explain", "-o", "graph.svg")[0] == 0
+    assert run(capsys, "render", scene, "--explain", "-o", "graph.dot")[0] == 0
+    assert Path("graph.svg").read_text().startswith("<svg ")
+    assert Path("graph.svg").read_text().count(">plain_views</text>") == 1
+    assert Path("graph.dot").read_text().startswith("digraph ")
+    assert Path("graph.dot").read_text().count('"plain_views" [') == 1
 
 
 def test_an_estimate_is_more_for_more():

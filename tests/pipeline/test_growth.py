@@ -9,58 +9,27 @@ import pytest
 
 from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
-from brushgs.options.look import Look
-from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.still import paint_file
+from tests.kit.commands import stages
+from tests.kit.configs import blind
 from tests.kit.for_each import for_each
-from tests.scenes import save_upright, still_life_of
+from tests.scenes import still_life_of
 
 LOOKS = ["oil", "plain", "charcoal", "ink"]
-NUM_FRAMES = 8
 SCENE = still_life_of(3000)
 GROW = GrowConfig(1.0, fps=8)  # six frames that grow, and two of the finished painting
 
 
-def config(look="oil", count=300, **steps):
-    values = {step: dict(fields) for step, fields in Look.open(look).values.items()}
-    values.setdefault("cluster", {})["strokes"] = count
-    values["view"] = {"size": (160, 120)}
-    for step, fields in steps.items():
-        values.setdefault(step, {}).update(fields)
-    return PaintConfig.of(values)
-
-
-def quick(look="oil"):
-    """For what whole films are about: strokes that do not see, in a small picture."""
-    return config(look, 200, strokes={"see": "off"}, view={"size": (80, 60)})
+QUICK = blind("oil", 200, (80, 60))  # for what whole films are about
 
 
 @cache
-def prepared(look, count=300):
-    made = config(look, count, strokes={"see": "off"}, view={"size": (160, 120)})
-    return prepare(SCENE, made, Report(), asks=(*PICTURE, "growth"))
-
-
-def of_strokes(ready):
-    """Its growing coat of the strokes of the scene; accents are another."""
-    return next(coat for coat in ready.growth.coats if coat.coat.name == "strokes")
-
-
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "still_life.ply"
-    save_upright(still_life_of(1000), path)
-    return path
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+def prepared(look):
+    return prepare(SCENE, blind(look, 300, (160, 120)), Report(), asks=(*PICTURE, "growth"))
 
 
 def seen(painting, prepared):
@@ -95,7 +64,8 @@ def test_every_stroke_of_the_painting_comes_and_stays_and_coarser_ones_leave(loo
         assert np.isfinite(growing.leaves[num:][coarse]).all()
         assert (growing.comes[num:][coarse] <= growing.leaves[num:][coarse]).all()
     if look in ("oil", "plain"):
-        assert len(of_strokes(ready).comes) > len(ready.strokes)
+        growing = next(coat for coat in ready.growth.coats if coat.coat.name == "strokes")
+        assert len(growing.comes) > len(ready.strokes)
 
 
 def test_a_share_of_the_strokes_is_laid():
@@ -110,52 +80,44 @@ def test_a_share_of_the_strokes_is_laid():
     assert (np.diff(curve) > 0).all()
 
 
+def pictures(folder):
+    return [read_image(path) for path in sorted(Path(folder).glob("*.png"))]
+
+
 def test_the_last_frames_are_the_still_bit_for_bit(scene, folder):
-    paint_file(scene, "still.png", quick())
-    paint_file(scene, "first.png", quick(), first=1)
-    report = paint_sequence(scene, "f/", GROW, quick())
-    names = sorted(path.name for path in Path("f").glob("*.png"))
-    still = read_image(Path("still.png"))
-    assert len(names) == 8
-    for name in names[6:]:
-        assert np.array_equal(read_image(Path("f") / name), still)
-    assert not np.array_equal(read_image(Path("f") / names[5]), still)
+    paint_file(scene, "still.png", QUICK)
+    paint_file(scene, "first.png", QUICK, first=1)
+    report = paint_sequence(scene, "f/", GROW, QUICK)
+    still, frames = read_image("still.png"), pictures("f")
+    assert [np.array_equal(frame, still) for frame in frames] == [False] * 6 + [True] * 2
     assert Path("first.png").read_bytes() == Path("still.png").read_bytes()
-    counts = {stage.name: stage.counts for stage in report.stages}
+    counts = {name: stage.counts for name, stage in stages(report).items()}
     assert (counts["paint"]["painted"], counts["paint"]["repeated"]) == (7, 1)
     assert counts["order"]["laid"] > 200
-
-
-def test_any_number_of_processes_paints_the_same_and_missing_frames_can_be_resumed(scene, folder):
-    paint_sequence(scene, "one/", GROW, quick())
-    paint_sequence(scene, "two/", GROW, quick(), SequenceConfig(jobs=2))
+    # Any number of processes paints the same, and what is missing can be resumed.
+    paint_sequence(scene, "two/", GROW, QUICK, SequenceConfig(jobs=2))
     Path("two/00003.png").unlink()
-    paint_sequence(scene, "two/", GROW, quick(), SequenceConfig(is_resumed=True))
-    one, two = ({path.name: path.read_bytes() for path in Path(f).glob("*.png")} for f in ("one", "two"))
-    assert one == two
+    resumed = SequenceConfig(is_resumed=True)
+    paint_sequence(scene, "two/", GROW, QUICK, resumed)
+    assert all(map(np.array_equal, pictures("two"), frames))
     with pytest.raises(SceneError, match=r"another painting \(grow 1.0, now 2"):
-        paint_sequence(scene, "two/", GrowConfig(2, fps=4), quick(), SequenceConfig(is_resumed=True))
-    with pytest.raises(SceneError, match="another painting"):
-        paint_sequence(scene, "two/", GROW, quick("plain"), SequenceConfig(is_resumed=True))
+        paint_sequence(scene, "two/", GrowConfig(2, fps=4), QUICK, resumed)
 
 
 def test_a_painting_grows_as_the_camera_moves_and_then_is_that_of_the_path(scene, folder):
     orbit, grow = PathConfig(orbit=6, fps=8), GrowConfig(0.5, is_along_path=True)
-    paint_sequence(scene, "plain/", orbit, quick())
-    paint_sequence(scene, "grown/", orbit, quick(), grow=grow)
-    paint_sequence(scene, "some/", orbit, quick(), SequenceConfig(jobs=2), grow=grow)
-    Path("some/00002.png").unlink()
-    paint_sequence(scene, "some/", orbit, quick(), SequenceConfig(is_resumed=True), grow=grow)
-    pictures = {
-        f: [read_image(path) for path in sorted(Path(f).glob("*.png"))] for f in ("plain", "grown", "some")
-    }
-    assert all(map(np.array_equal, pictures["some"], pictures["grown"]))
-    same = [np.array_equal(*pair) for pair in zip(pictures["grown"], pictures["plain"], strict=True)]
+    paint_sequence(scene, "plain/", orbit, QUICK)
+    paint_sequence(scene, "grown/", orbit, QUICK, grow=grow)
+    grown, plain = pictures("grown"), pictures("plain")
+    same = [np.array_equal(*pair) for pair in zip(grown, plain, strict=True)]
     assert same == [False] * 3 + [True] * 3  # of four frames the last is finished
-    errors = [psnr(*pair) for pair in zip(pictures["grown"][:4], pictures["plain"], strict=False)]
+    errors = [psnr(*pair) for pair in zip(grown[:4], plain, strict=False)]
     assert np.diff(errors).min() > 0
+    Path("grown/00002.png").unlink()
+    paint_sequence(scene, "grown/", orbit, QUICK, SequenceConfig(is_resumed=True, jobs=2), grow=grow)
+    assert all(map(np.array_equal, pictures("grown"), grown))
     with pytest.raises(SceneError, match="another painting"):
-        paint_sequence(scene, "some/", orbit, quick(), SequenceConfig(is_resumed=True))
+        paint_sequence(scene, "grown/", orbit, QUICK, SequenceConfig(is_resumed=True))
 
 
 @for_each(

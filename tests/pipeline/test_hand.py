@@ -9,17 +9,15 @@ import pytest
 from PIL import Image
 
 import brushgs as bg
-from brushgs.cli.configs import path_config
-from brushgs.cli.parser import command_parser
 from brushgs.options.hand import HandConfig, Pace
 from brushgs.options.maps import Map
 from brushgs.options.rules import Rules
 from brushgs.pipeline.hand import describe_hand, flashing_area
 from brushgs.pipeline.report import Report
 from brushgs.rendering.hand import Hand
-from tests.pipeline.test_sequence import FILES, config, contents, paint, scene, stage
+from tests.kit.for_each import for_each
+from tests.pipeline.test_sequence import FILES, config, contents, paint, stage
 
-__all__ = ["scene"]
 RULES = '[[region]]\nwhere = "height:40%.."\nhold = 3\nboil = 0.2\n'
 
 
@@ -31,10 +29,7 @@ def pictures(folder):
     return [np.asarray(Image.open(Path(folder, name)), np.int16) for name in FILES]
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 def test_held_frames_are_equal_where_the_camera_is_held_and_painted_once(scene):
@@ -47,9 +42,9 @@ def test_held_frames_are_equal_where_the_camera_is_held_and_painted_once(scene):
 ALL = {"hold": 2, "boil": 0.5, "redraw": 2.0, "smear": 1.0}
 
 
-@pytest.mark.parametrize("hand", [ALL, {"boil": 0.5, "boil_every": 2}])
+@for_each("hand", [ALL, {"boil": 0.5, "boil_every": 2}])
 def test_a_frame_alone_is_that_of_the_film(scene, hand):
-    made = replace(by_hand(**hand), rules=None)
+    made = by_hand(**hand)
     paint(scene, "all/", paint_config=made)
     paint(scene, "some/", paint_config=made)
     for name in FILES[2:4]:
@@ -71,51 +66,33 @@ def test_parts_have_their_own_rates(scene):
     assert 0 < np.mean(changed) < 0.6
 
 
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (["--hold", "2"], r"--hold needs --orbit, --path or --grow; a single picture does not use it"),
-        (["--boil", "0.3"], r"--boil needs --orbit, --path or --grow"),
-        (["--redraw", "1"], r"--redraw needs --orbit, --path or --grow"),
-    ],
-)
-def test_they_are_refused_of_one_picture(words, sentence):
-    args = command_parser("render").parse_args(["scene.ply", *words])
-    with pytest.raises(ValueError, match=sentence):
-        path_config(args)
-
-
 def test_holding_the_camera_needs_a_hold():
     with pytest.raises(ValueError, match="hold-camera needs hold"):
         HandConfig(hold_camera=True)
 
 
-def test_a_map_holds_a_part_as_a_rule_does(scene, folder):
+def test_a_map_holds_a_part_as_a_rule_does(scene):
     """Off its soft edge, which lies beside the strokes here."""
     Path("rules.toml").write_text('[[region]]\nwhere = "height:-900%.."\nhold = 3\n', encoding="utf-8")
-    ruled = replace(config(), rules=Rules.of(Path("rules.toml")))
-    mapped = replace(
-        config(), strokes=replace(config().strokes, maps=(Map.parse("hold=height:-900%..:1..3"),))
-    )
-    paint(scene, "steady/", paint_config=replace(config(), rules=None))
-    paint(scene, "ruled/", paint_config=ruled)
-    paint(scene, "mapped/", paint_config=replace(mapped, rules=None))
-    steady, rule, found = (pictures(name) for name in ("steady", "ruled", "mapped"))
-    np.testing.assert_array_equal(rule, found)
-    assert any((one != two).any() for one, two in zip(steady, found, strict=True))
+    maps = (Map.parse("hold=height:-900%..:1..3"),)
+    films = {
+        "steady/": config(),
+        "ruled/": replace(config(), rules=Rules.of(Path("rules.toml"))),
+        "mapped/": replace(config(), strokes=replace(config().strokes, maps=maps)),
+    }
+    for name, made in films.items():
+        paint(scene, name, paint_config=made)
+    steady, ruled, mapped = map(pictures, films)
+    np.testing.assert_array_equal(ruled, mapped)
+    assert not np.array_equal(steady, mapped)
 
 
-@pytest.mark.parametrize(("rate", "flashes"), [(1, False), (4, True)])
-def test_flashes_are_counted_in_a_part_of_the_picture(rate, flashes):
-    film = np.full((24, 30, 60, 3), 0.3)
-    film[:, :, :30] += 0.2 * (np.arange(24) * rate // 12 % 2)[:, None, None, None]
-    assert (flashing_area(list(film), 24) > 0.25) is flashes
-
-
-@pytest.mark.parametrize(("light", "flashes"), [(0.05, False), (0.4, True)])
-def test_a_film_that_flashes_says_so(light, flashes):
+@for_each(("light", "rate", "flashes"), [(0.05, 4, False), (0.4, 4, True), (0.4, 1, False)])
+def test_a_film_that_flashes_says_so(light, rate, flashes):
     film = Hand((Pace(boil=1.0),), 1, False, 24.0, 48, False, {})
-    frames = [np.full((20, 30, 3), 0.3 + light * (index // 3 % 2)) for index in range(48)]
+    frames = np.full((48, 20, 30, 3), 0.3)
+    frames[:, :, :15] += light * (np.arange(48) * rate // 12 % 2)[:, None, None, None]  # in a part of it
+    assert (flashing_area(list(frames), 24) > 0.25) is flashes
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         describe_hand(film, lambda side: iter(frames), Report())

@@ -12,18 +12,14 @@ from brushgs.options.hand import HandConfig
 from brushgs.options.sequence import PathConfig
 from tests.kit.for_each import for_each
 from tests.pipeline.test_cameras_beside import write_cameras
-from tests.pipeline.test_sequence import config, paint, read_image, scene
+from tests.pipeline.test_sequence import config, paint, read_image
 
-__all__ = ["scene"]
 NUM_FRAMES, FPS = 24, 12
 SWAY = PathConfig(orbit=NUM_FRAMES, sway=0.05, fps=FPS)  # small steps: what changes is what is made by hand
 FILE = Path("closed.json")
 
 
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 def film(scene, path, **hand):

@@ -5,13 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
 from brushgs.outlets import looks_sheet
 from brushgs.outlets.looks_sheet import CAPTION, GAP, paint_looks
-from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_file
 from tests.scenes import save_upright, still_life_of
 
@@ -70,12 +68,3 @@ def test_a_build_without_letters_gives_a_sheet_without_words_and_says_so(scene, 
     report = paint_looks(looks[:1], tmp_path / "a.png", scene=scene, view=ViewConfig(size=SIZE))
     assert report.stages[-1].skipped == ["names: this build of OpenImageIO draws no letters"]
     assert read_image(tmp_path / "a.png").shape[1] == 2 * GAP + 96
-
-
-def test_a_sheet_never_replaces_what_it_is_made_of(scene, looks, tmp_path):
-    (tmp_path / "brush.png").touch()
-    (tmp_path / "own.toml").write_text('[brushes]\nother = ["brush.png"]\n')
-    with pytest.raises(SceneError, match="is the input, which is never overwritten"):
-        paint_looks([looks[0], Look.open(tmp_path / "own.toml")], tmp_path / "brush.png", scene=scene)
-    with pytest.raises(ValueError, match="output must end in"):
-        paint_looks(looks, scene, scene=scene, report=Report())

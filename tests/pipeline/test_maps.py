@@ -1,6 +1,7 @@
 """Control maps: laws of each property, agreement with rules and focus, and refusals."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +9,6 @@ from PIL import Image
 
 import brushgs
 from brushgs.cameras.framing import plain_first_view
-from brushgs.cli import main
 from brushgs.errors import SceneError
 from brushgs.options.focus import Focus
 from brushgs.options.look import Look, config_of
@@ -23,6 +23,7 @@ from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life_camera
 from brushgs.values.colors import oklab_of
 from brushgs.values.sh import base_colors
+from tests.kit.commands import refused
 from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same
 from tests.scenes import save_upright, still_life_of
@@ -67,13 +68,10 @@ def test_a_property_is_multiplied_and_a_factor_of_one_keeps_the_bits(name):
     np.testing.assert_allclose(MEASURES[name](found), factors * MEASURES[name](SCENE), atol=2e-3, rtol=1e-5)
 
 
-def test_a_grey_map_changes_nothing(tmp_path):
+def test_a_grey_map_changes_nothing_nor_a_map_what_the_view_does_not_show(tmp_path):
     path, report = picture(tmp_path, 128), Report()
     assert placed(f"size={path}", f"density={path}", f"chroma={path}:0.5..2", report=report) == []
     assert len(report.stages[0].skipped) == 3
-
-
-def test_what_the_view_does_not_show_is_unchanged(tmp_path):
     (found,) = placed(f"size={picture(tmp_path, 0)}:0.5..2")
     assert set(np.unique(found.factors)) == {0.5, 1.0}
 
@@ -175,14 +173,11 @@ REFUSED = {
 
 
 @for_each("text", REFUSED)
-def test_what_cannot_be_used_is_refused_in_a_sentence(text, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_what_cannot_be_used_is_refused_in_a_sentence(text, scene, folder, capsys):
     Image.new("L", (90, 30)).save("wide.png")
-    save_upright(SCENE, "scene.ply")
-    code = main(["render", "scene.ply", "--size", "32x24", "--strokes", "20", "--map", text, "-o", "a.png"])
-    assert code == 2
-    assert REFUSED[text] in capsys.readouterr().err
-    assert not (tmp_path / "a.png").exists()
+    words = ["--size", "32x24", "--strokes", "20", "--see", "off", "--map", text, "-o", "a.png"]
+    assert REFUSED[text] in refused(capsys, "render", scene, *words)
+    assert not Path("a.png").exists()
 
 
 def test_a_map_is_taken_by_look_files_and_keywords(tmp_path):
@@ -190,12 +185,9 @@ def test_a_map_is_taken_by_look_files_and_keywords(tmp_path):
     look.write_text('[strokes]\nmaps = ["size=subject:1..2", "chroma=subject"]\n')
     assert len(Look.open(look).config.strokes.maps) == 2
     plain, mapped = (
-        brushgs.paint(SCENE, strokes=40, size=(32, 24), up="-y", **given)
+        brushgs.paint(SCENE, strokes=40, size=(32, 24), up="-y", see="off", **given)
         for given in ({}, {"map": ["chroma=subject:0..0"]})
     )
     assert np.ptp(mapped.rgb, axis=2).max() < 0.5 * np.ptp(plain.rgb, axis=2).max()
-
-
-def test_bad_maps_of_python_are_value_errors():
     with pytest.raises(ValueError, match="list of texts"):
         brushgs.paint(SCENE, map=[3])

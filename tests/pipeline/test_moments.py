@@ -1,41 +1,35 @@
 """Strokes of a clip as a folder of moments: it paints what the clip paints."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs import cli
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.look_parts import BrushesConfig
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
 from brushgs.pipeline.moments import check_moments, write_strokes
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from tests.clips import clip_of, save_clip
+from tests.kit.commands import names, refused, run
+from tests.kit.for_each import for_each
 
 COLUMNS = ("means", "scales", "opacities", "sh")
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def clip(tmp_path_factory):
     return save_clip(tmp_path_factory.mktemp("scene") / "dance")
 
 
-def run(capsys, *words):
-    """Exit code, stdout and stderr of one command."""
-    code = cli.main([*map(str, words)])
-    captured = capsys.readouterr()
-    return code, captured.out, captured.err
-
-
 @pytest.fixture
-def strokes(folder, tmp_path, monkeypatch, capsys):
+def strokes(clip, folder, capsys):
     """The folder of strokes that `cluster` writes; the current folder holds nothing else."""
-    monkeypatch.chdir(tmp_path)
-    code, out, err = run(capsys, "cluster", folder, "--strokes", 60, "--up", "-y", "--json")
+    code, out, err = run(capsys, "cluster", clip, "--strokes", 60, "--up", "-y", "--see", "off", "--json")
     assert (code, err) == (0, "")
     report = json.loads(out)
     assert report["output"] == "dance-strokes/"
@@ -44,16 +38,19 @@ def strokes(folder, tmp_path, monkeypatch, capsys):
     return Path("dance-strokes")
 
 
-def prepared(folder):
-    paint = PaintConfig(cluster=ClusterConfig(60), draw=DrawConfig("flat"), view=ViewConfig(size=(96, 72)))
-    return prepare(clip_of(folder), paint, Report())
+PAINT = PaintConfig(
+    cluster=ClusterConfig(60),
+    draw=DrawConfig("flat"),
+    view=ViewConfig(size=(96, 72)),
+    strokes=StrokesConfig(see="off"),
+)
 
 
 def test_a_folder_of_moments_is_a_clip_of_these_strokes(strokes):
     scene = bg.load_moving(strokes)
     assert (scene.has_rows, scene.duration) == (True, pytest.approx(5 / 24))
     assert (scene.notes.is_strokes, scene.notes.scene) == (True, "dance")
-    again = prepared(strokes)
+    again = prepare(clip_of(strokes), PAINT, Report())
     assert len(again.strokes) == len(scene.at(0)) <= 60
     for moment in range(5):
         painted, stored = again.moving.pose(moment).moved(again.strokes), scene.at(moment / 24)
@@ -63,7 +60,7 @@ def test_a_folder_of_moments_is_a_clip_of_these_strokes(strokes):
             np.testing.assert_allclose(found, expected, atol=0.01, err_msg=name)  # what rests may creep
 
 
-def test_the_folder_paints_the_pictures_that_its_strokes_make(strokes, tmp_path, capsys):
+def test_the_folder_paints_the_pictures_that_its_strokes_make(strokes, capsys):
     words = ["--stroke", "flat", "--look", "plain", "--size", "96x72", "--lock", "anchor", "--order", "depth"]
     words += ["--fps", "24"]
     assert run(capsys, "render", strokes, *words, "-o", "film/")[0] == 0
@@ -76,63 +73,50 @@ def test_the_folder_paints_the_pictures_that_its_strokes_make(strokes, tmp_path,
         assert np.abs(still - read_image(Path(frame))).mean() < 0.002
 
 
-def test_a_part_of_a_clip(folder, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    words = ["--strokes", 60, "--up", "-y", "--start", "50%", "-o", "late"]
-    assert run(capsys, "cluster", folder, *words)[1] == "late/\n"
+def test_a_part_of_a_clip(clip, folder, capsys):
+    words = ["cluster", clip, "--strokes", 60, "--up", "-y", "--see", "off"]
+    assert run(capsys, *words, "--start", "50%", "-o", "late")[1] == "late/\n"
     assert len(list(Path("late").iterdir())) == 3
-    assert run(capsys, "cluster", folder, *words[:4], "--time", "50%", "-o", "a.ply", "--quiet")[0] == 0
+    assert run(capsys, *words, "--time", "50%", "-o", "a.ply", "--quiet")[0] == 0
     assert bg.load_moving("a.ply").duration == 0
 
 
-def test_strokes_of_several_brushes_keep_them(folder):
-    brushes = BrushesConfig(other=("flat", "dry_brush"))
-    paint = PaintConfig(cluster=ClusterConfig(60), view=ViewConfig(size=(96, 72)), brushes=brushes)
-    made = prepare(clip_of(folder), paint, Report(), asks=(*PICTURE, "first_view"))
+def test_strokes_of_several_brushes_keep_them(clip, tmp_path):
+    paint = replace(PAINT, draw=DrawConfig(), brushes=BrushesConfig(other=("flat", "dry_brush")))
+    made = prepare(clip_of(clip), paint, Report(), asks=(*PICTURE, "first_view"))
     assert len(np.unique(made.strokes.brushes)) > 1
-    target = folder.parent / "brushes"
-    write_strokes(made.strokes, made, target, "dance", Report())
-    scene = bg.load_moving(target)
+    write_strokes(made.strokes, made, tmp_path / "brushes", "dance", Report())
+    scene = bg.load_moving(tmp_path / "brushes")
     assert scene.notes.brushes == made.kit.images
     np.testing.assert_array_equal(scene.at(0.1).brushes, made.strokes.brushes)
-    again = prepare(clip_of(target), paint, Report())
-    assert len(again.strokes) == len(made.strokes)
 
 
-def test_a_still_scene_is_written_as_one_file(folder, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    still = folder / "frame_0.ply"
-    assert run(capsys, "cluster", still, "--strokes", 60, "--quiet")[0] == 0
-    assert Path("frame_0-strokes.ply").is_file()
-    for words, sentence in (
-        (["-o", "strokes/"], "output must end in .ply, "),
-        (["--start", "0.1"], "--start needs a moving scene, and "),
-    ):
-        code, out, err = run(capsys, "cluster", still, "--strokes", 60, *words)
-        assert (code, out, err.count("\n")) == (2, "", 1)
-        assert sentence in err
-
-
-@pytest.mark.parametrize(
-    ("output", "sentence"),
+@for_each(
+    ("scene", "words", "sentence"),
     [
-        ("a.ply", "a.ply is one scene, and {folder} moves; write a folder, a/, or add --time, one moment"),
-        ("a.ksplat", "output of a moving scene must be a folder, got 'a.ksplat'; write a folder, a/"),
-        ("{folder}", "is an input, and {folder}/ would replace it; choose another folder"),
-        ("{folder}/../", "is an input, and"),
+        (
+            "{clip}",
+            "-o a.ply",
+            "a.ply is one scene, and {clip} moves; write a folder, a/, or add --time, one",
+        ),
+        (
+            "{clip}",
+            "-o a.ksplat",
+            "output of a moving scene must be a folder, got 'a.ksplat'; write a folder",
+        ),
+        ("{clip}", "-o {clip}", "is an input, and {clip}/ would replace it; choose another folder"),
+        ("{clip}", "-o {clip}/../", "is an input, and"),
+        ("{clip}/frame_0.ply", "-o strokes/", "output must end in .ply, "),
+        ("{clip}/frame_0.ply", "--start 0.1", "--start needs a moving scene, and "),
     ],
 )
-def test_an_output_that_is_no_folder_of_moments_is_refused(
-    folder, tmp_path, monkeypatch, capsys, output, sentence
-):
-    monkeypatch.chdir(tmp_path)
-    code, out, err = run(capsys, "cluster", folder, "-o", output.format(folder=folder))
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert sentence.format(folder=folder) in err
-    assert list(tmp_path.iterdir()) == []
+def test_an_output_that_is_no_folder_of_moments_is_refused(clip, folder, capsys, scene, words, sentence):
+    scene, words, sentence = (text.format(clip=clip) for text in (scene, words, sentence))
+    assert sentence in refused(capsys, "cluster", scene, *words.split())
+    assert names() == []
 
 
-def test_a_name_with_a_point_is_a_folder_if_it_ends_in_a_slash(folder, tmp_path):
-    check_moments(f"{tmp_path}/take.2/", clip_of(folder))
+def test_a_name_with_a_point_is_a_folder_if_it_ends_in_a_slash(clip, tmp_path):
+    check_moments(f"{tmp_path}/take.2/", clip_of(clip))
     with pytest.raises(ValueError, match=r"must be a folder, got '.*take\.2'; write a folder, .*take/"):
-        check_moments(f"{tmp_path}/take.2", clip_of(folder))
+        check_moments(f"{tmp_path}/take.2", clip_of(clip))

@@ -9,7 +9,6 @@ import brushgs as bg
 from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.clip import ClipConfig
-from brushgs.options.look import Look
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.pipeline.clip import Clip
@@ -21,6 +20,10 @@ from brushgs.pipeline.sequence import paint_sequence
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.moving import MovingScene
+from brushgs.values.sh import C0
+from tests.kit.commands import stages
+from tests.kit.configs import blind
+from tests.kit.for_each import for_each
 
 SECONDS, STEP = 0.5, 1.2  # of the scene, and how far the ball goes, world units
 CAMERA = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=64, height=48, near=0.1)
@@ -48,7 +51,7 @@ def wall_and_ball(seed=0):
         np.tile(np.float32([1, 0, 0, 0]), (num, 1)),
         np.full((num, 3), 0.12, np.float32),
         np.full(num, 0.9, np.float32),
-        ((colors - 0.5) / 0.28209479177387814).astype(np.float32)[:, None, :],
+        ((colors - 0.5) / C0).astype(np.float32)[:, None, :],
     )
 
 
@@ -75,7 +78,11 @@ def paint(output, scene=None, *, clip=None, config=CONFIG, path=CAMERA, **sequen
 
 
 def frames_of(folder):
-    return [read_image(file) for file in sorted(folder.glob("*.png"))]
+    return np.stack([read_image(file) for file in sorted(folder.glob("*.png"))])
+
+
+def files_of(folder):
+    return {file.name: file.read_bytes() for file in folder.glob("*.png")}
 
 
 def red_center(picture):
@@ -84,57 +91,37 @@ def red_center(picture):
     return float((red.sum(axis=0) * np.arange(red.shape[1])).sum() / red.sum())
 
 
-@pytest.mark.parametrize("has_rows", [True, False])
-def test_strokes_follow_what_they_paint(has_rows, tmp_path):
-    report = paint(tmp_path / "f" / "%02d.png", moving_scene(has_rows=has_rows), config=SEEING)
-    pictures = frames_of(tmp_path / "f")
+@for_each("has_rows", [True, False])
+def test_strokes_follow_what_they_paint_and_what_rests_is_the_same_in_every_frame(has_rows, tmp_path):
+    folder, scene = tmp_path / f"{has_rows}", moving_scene(has_rows=has_rows)
+    report = paint(folder / "%02d.png", scene, config=SEEING)
+    pictures = frames_of(folder)
     assert len(pictures) == 7
     centers = np.array([red_center(picture) for picture in pictures])
     focal = CAMERA.K[0, 0]
     expected = focal * STEP / 6 * np.arange(7) / 6  # the ball is six units away
     np.testing.assert_allclose(centers - centers[0], expected, atol=1.0)
-    follow = next(stage for stage in report.stages if stage.name == "follow")
-    assert 0 < follow.counts["moving"] < follow.counts["strokes"]
-
-
-def test_what_rests_is_the_same_in_every_frame(tmp_path):
-    paint(tmp_path / "%d.png")
-    pictures = np.stack(frames_of(tmp_path))
+    counts = stages(report)["follow"].counts
+    assert 0 < counts["moving"] < counts["strokes"]
     left = pictures[:, :, :6]  # of the wall, where the ball never is
-    np.testing.assert_array_equal(left, np.broadcast_to(left[:1], left.shape))
+    assert not has_rows or (left == left[:1]).all()
 
 
-def test_frames_do_not_depend_on_each_other(tmp_path):
-    paint(tmp_path / "one" / "%d.png")
-    paint(tmp_path / "two" / "%d.png", jobs=2)
-    one = {file.name: file.read_bytes() for file in (tmp_path / "one").glob("*.png")}
-    assert one == {file.name: file.read_bytes() for file in (tmp_path / "two").glob("*.png")}
-    (tmp_path / "one" / "3.png").unlink()
-    report = paint(tmp_path / "one" / "%d.png", is_resumed=True)
-    assert report.stages[-2].counts["painted"] == 1
-    assert one == {file.name: file.read_bytes() for file in (tmp_path / "one").glob("*.png")}
+def test_frames_do_not_depend_on_each_other_nor_on_which_one_a_process_paints_first(tmp_path):
+    thick = blind("oil", 80, (64, 48), view={"up": "-y"})
+    for name, options in (("flat", {}), ("thick", {"config": thick, "path": PathConfig(orbit=4)})):
+        one, more = tmp_path / name / "one", tmp_path / name / "more"
+        paint(one / "%d.png", **options)
+        paint(more / "%d.png", **options, jobs=3)
+        files = files_of(one)
+        assert files == files_of(more)
+        (one / "2.png").unlink()
+        report = paint(one / "%d.png", **options, is_resumed=True)
+        assert stages(report)["paint"].counts["painted"] == 1
+        assert files_of(one) == files
 
 
-def test_thick_paint_does_not_depend_on_which_frame_a_process_paints_first(tmp_path):
-    path = PathConfig(orbit=4)
-    config = Look.open("oil").config
-    config = replace(
-        config,
-        cluster=replace(config.cluster, strokes=80),
-        strokes=replace(config.strokes, see="off"),
-        view=replace(CONFIG.view, up="-y"),
-    )
-    found = []
-    for jobs in (1, 3):
-        paint(tmp_path / f"{jobs}" / "%d.png", config=config, path=path, jobs=jobs)
-        found.append({file.name: file.read_bytes() for file in (tmp_path / f"{jobs}").glob("*.png")})
-    assert found[0] == found[1]
-    (tmp_path / "1" / "2.png").unlink()
-    paint(tmp_path / "1" / "%d.png", config=config, path=path, is_resumed=True)
-    assert (tmp_path / "1" / "2.png").read_bytes() == found[0]["2.png"]
-
-
-@pytest.mark.parametrize(
+@for_each(
     ("scene", "clip", "message"),
     [
         (moving_scene(), ClipConfig(fps=12, speed=2), "clip speed 1.0, now 2"),
@@ -147,20 +134,16 @@ def test_frames_of_another_film_are_not_resumed(scene, clip, message, tmp_path):
         paint(tmp_path / "%d.png", scene, clip=clip, is_resumed=True)
 
 
-def test_there_and_back_is_a_loop_and_repeats_pictures(tmp_path):
+def test_there_and_back_is_a_loop_that_repeats_pictures_and_a_fading_one_has_no_jump(tmp_path):
     config = replace(CONFIG, draw=replace(CONFIG.draw, lock="anchor"))
-    paint(tmp_path / "%02d.png", clip=ClipConfig(fps=12, loop=True), config=config)
-    pictures = frames_of(tmp_path)
+    paint(tmp_path / "there" / "%02d.png", clip=ClipConfig(fps=12, loop=True), config=config)
+    pictures = frames_of(tmp_path / "there")
     assert len(pictures) == 12
-    for k in range(1, 6):
-        np.testing.assert_array_equal(pictures[k], pictures[12 - k])
-
-
-def test_a_loop_fades_into_its_beginning(tmp_path):
-    paint(tmp_path / "%02d.png", clip=ClipConfig(fps=24, loop=True, cross_fade=0.25))
-    pictures = frames_of(tmp_path)
+    np.testing.assert_array_equal(pictures[1:6], pictures[:6:-1])
+    paint(tmp_path / "fades" / "%02d.png", clip=ClipConfig(fps=24, loop=True, cross_fade=0.25))
+    pictures = frames_of(tmp_path / "fades")
     assert len(pictures) == 6
-    steps = [np.abs(a - b).mean() for a, b in zip(pictures, [*pictures[1:], pictures[0]], strict=True)]
+    steps = np.abs(pictures - np.roll(pictures, -1, axis=0)).mean(axis=(1, 2, 3))
     assert max(steps) < 2.5 * np.median(steps), "the film has a jump"
 
 
@@ -180,11 +163,12 @@ def moments(*those, has_rows=False):
     return MovingScene(times[-1], has_rows, lambda time: those[round(30 * time)], times=times)
 
 
-@pytest.mark.parametrize("has_rows", [True, False])
-@pytest.mark.parametrize("num", [1, 2])
+@for_each("has_rows", [True, False])
+@for_each("num", [1, 2])
 def test_one_moment_and_two(num, has_rows, tmp_path):
-    paint(tmp_path / "%d.png", moments(*[wall_and_ball()] * num, has_rows=has_rows), clip=ClipConfig())
-    pictures = frames_of(tmp_path)
+    folder = tmp_path / f"{num}-{has_rows}"
+    paint(folder / "%d.png", moments(*[wall_and_ball()] * num, has_rows=has_rows), clip=ClipConfig())
+    pictures = frames_of(folder)
     assert len(pictures) == num
     np.testing.assert_array_equal(pictures[0], pictures[-1])
 
@@ -193,25 +177,18 @@ def test_moments_without_gaussians_and_of_other_counts(tmp_path):
     whole = wall_and_ball()
     none, half = whole.take(slice(0, 0)), whole.take(slice(0, None, 2))
     scene = moments(none, *[whole] * 3, half, whole, *[none] * 15)
-    paint(tmp_path / "%02d.png", scene, clip=ClipConfig())
-    levels = [picture.mean() for picture in frames_of(tmp_path)]
+    paint(tmp_path / "a" / "%02d.png", scene, clip=ClipConfig())
+    levels = frames_of(tmp_path / "a").mean(axis=(1, 2, 3))
     np.testing.assert_allclose(levels[1:6], levels[2], rtol=0.1)
     assert levels[-1] == 0, "it has faded"
-
-
-def test_a_view_is_framed_on_the_first_moment_that_shows_anything(tmp_path):
-    whole = wall_and_ball()
-    paint(tmp_path / "%02d.png", moments(whole.take(slice(0, 0)), whole), clip=ClipConfig(), path=None)
-    assert frames_of(tmp_path)[1].mean() > 0.1
-
-
-@pytest.mark.parametrize("has_rows", [True, False])
-@pytest.mark.parametrize("path", [None, PathConfig(orbit=3)])
-def test_a_clip_that_shows_nothing_is_refused_where_it_must_be_framed(path, has_rows, tmp_path):
-    scene = moments(*[wall_and_ball().take(slice(0, 0))] * 2, has_rows=has_rows)
-    with pytest.raises(ValueError, match="the scene shows nothing between its start and its end"):
-        paint(tmp_path / "%d.png", scene, clip=ClipConfig(), path=path)
-    assert not list(tmp_path.iterdir())
+    # A view is framed on the first moment that shows anything.
+    paint(tmp_path / "b" / "%02d.png", moments(none, whole), clip=ClipConfig(), path=None)
+    assert frames_of(tmp_path / "b")[1].mean() > 0.1
+    for path in (None, PathConfig(orbit=3)):
+        for has_rows in (True, False):
+            with pytest.raises(ValueError, match="the scene shows nothing between its start and its end"):
+                paint(tmp_path / "c" / "%d.png", moments(none, none, has_rows=has_rows), path=path)
+    assert not (tmp_path / "c").exists()
 
 
 @pytest.mark.filterwarnings("ignore:no stroke is in the picture")

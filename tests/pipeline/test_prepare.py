@@ -3,6 +3,8 @@
 import gc
 import weakref
 from dataclasses import replace
+from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -33,24 +35,25 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.steps import making, opening
 from brushgs.pipeline.still import paint_file
+from tests.kit.commands import save_opaque, stages
+from tests.kit.for_each import for_each
+from tests.passes.scenes import assert_same
 from tests.scenes import still_life_of
 
-STROKES = 60
 SMALL = ViewConfig(size=(48, 36))
-PAINT = PaintConfig(cluster=ClusterConfig(STROKES), draw=DrawConfig("flat"), view=SMALL)
+COUNT = 60
+PAINT = PaintConfig(cluster=ClusterConfig(COUNT), draw=DrawConfig("flat"), view=SMALL)
 BARE = replace(PAINT, strokes=StrokesConfig.off())  # clusters, and nothing done to them
-COLUMNS = ("means", "quats", "scales", "opacities", "sh")
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def files(tmp_path_factory):
     """A trained scene, a file of strokes and a picture."""
     path = tmp_path_factory.mktemp("scenes")
     gaussians = still_life_of(1000)
     bg.save(gaussians, path / "scene.ply")
     write_scene(bg.cluster(gaussians, 90), path / "strokes.ply", is_strokes=True)
-    camera = bg.Camera.look_at((0, -1, -8), (0, -1, 0), width=24, height=18)
-    bg.save(bg.render(gaussians, camera, bg.StrokeTexture.open("gaussian")), path / "picture.png")
+    save_opaque(path / "picture.png", np.random.default_rng(0).random((9, 12, 3)))
     return path
 
 
@@ -78,10 +81,10 @@ def stability(path, paint, out, caught):
 
 
 def bench(path, paint, out, caught):
-    config = BenchConfig(("size",), strokes=(STROKES,), count=STROKES, repeats=1)
+    config = BenchConfig(("size",), strokes=(COUNT,), count=COUNT, repeats=1)
     report_bench(path, out / "bench.json", paint, config)
     subject = Subject(SceneSource.of(path), caught.pop(), paint, config)
-    whole = subject.painting(STROKES)  # what the bench times, from the file on
+    whole = subject.painting(COUNT)  # what the bench times, from the file on
     np.testing.assert_array_equal(whole.rgb, subject.draw(subject.strokes).rgb)
     return subject.strokes
 
@@ -105,26 +108,9 @@ COMMANDS = {  # and the module whose `prepare` is watched
 
 
 @pytest.mark.filterwarnings("ignore::brushgs.SceneWarning")  # three views show no surface twice
-@pytest.mark.parametrize(
-    ("command", "case"),
-    [
-        pytest.param(command, case, id=f"{command.__name__}-{case}")
-        for command in COMMANDS
-        for case in ("scene", "strokes", "keep", "palette")
-        if case in ("scene", "strokes") or command is render
-    ],
-)
-def test_all_commands_make_the_same_strokes(folder, tmp_path, monkeypatch, command, case):
-    path = folder / ("strokes.ply" if case == "strokes" else "scene.ply")
-    keep = 0.4 if case == "keep" else 0.7
-    paint = {
-        "keep": replace(BARE, prune=PruneConfig(keep=keep)),
-        "palette": replace(BARE, palette=PaletteConfig(folder / "picture.png")),
-    }.get(case, BARE)
-    loaded = bg.load(path)
-    expected = bg.cluster(loaded if case == "strokes" else bg.prune(loaded, keep), STROKES)
-    if case == "palette":
-        expected = bg.recolor(expected, bg.Palette.of_image(read_image(folder / "picture.png")))
+@pytest.mark.parametrize("command", COMMANDS)
+def test_all_commands_make_the_same_strokes(files, tmp_path, monkeypatch, command):
+    """Clusters of a scene and of strokes alone, and strokes that see; render with more options too."""
     caught = []
 
     def watched(*args, **options):
@@ -132,40 +118,33 @@ def test_all_commands_make_the_same_strokes(folder, tmp_path, monkeypatch, comma
         return caught[-1]
 
     monkeypatch.setattr(f"{COMMANDS[command]}.prepare", watched)
-    found = command(path, paint, tmp_path, caught)
-    assert_same(found, expected)
+    scene, picture = files / "scene.ply", files / "picture.png"
+    loaded, strokes = bg.load(scene), bg.load(files / "strokes.ply")
+    clusters = bg.cluster(bg.prune(loaded, 0.7), COUNT)
+    views = PathConfig(orbit=3) if command in (render_path, stability) else None
+    cases = [
+        (scene, BARE, clusters),
+        (files / "strokes.ply", BARE, bg.cluster(strokes, COUNT)),
+        (scene, PAINT, prepare(scene, PAINT, Report(), views=views).strokes),
+    ]
+    if command is render:
+        few = replace(BARE, prune=PruneConfig(keep=0.4))
+        cases += [
+            (scene, few, bg.cluster(bg.prune(loaded, 0.4), COUNT)),
+            (
+                scene,
+                replace(BARE, palette=PaletteConfig(picture)),
+                bg.recolor(clusters, bg.Palette.of_image(read_image(picture))),
+            ),
+        ]
+    for number, (path, paint, expected) in enumerate(cases):
+        out = tmp_path / f"{number}"
+        out.mkdir()
+        assert_same(command(path, paint, out, caught), expected)
 
 
-def assert_same(found, expected):
-    for name in COLUMNS:
-        np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
-
-
-@pytest.fixture(scope="module")
-def strokes_for_views(folder):
-    """Those of a still, and of a path."""
-    paths = None, PathConfig(orbit=3)
-    return [prepare(folder / "scene.ply", PAINT, Report(), views=path).strokes for path in paths]
-
-
-@pytest.mark.filterwarnings("ignore::brushgs.SceneWarning")
-@pytest.mark.parametrize("command", [bench, refine, render_path, stability])
-def test_strokes_for_views_are_the_same_in_all_commands(
-    folder, tmp_path, monkeypatch, command, strokes_for_views
-):
-    caught = []
-
-    def watched(*args, **options):
-        caught.append(prepare(*args, **options))
-        return caught[-1]
-
-    monkeypatch.setattr(f"{COMMANDS[command]}.prepare", watched)
-    found = command(folder / "scene.ply", PAINT, tmp_path, caught)
-    assert_same(found, strokes_for_views[command in (render_path, stability)])
-
-
-@pytest.mark.parametrize("keeps_scene", [False, True])
-def test_the_scene_is_freed_after_pruning_unless_it_is_kept(folder, monkeypatch, keeps_scene):
+@for_each("keeps_scene", [False, True])
+def test_the_scene_is_freed_after_pruning_unless_it_is_kept(scene, keeps_scene):
     alive = []
     load, cluster = opening.load_scene, making.cluster_scene
 
@@ -179,44 +158,49 @@ def test_the_scene_is_freed_after_pruning_unless_it_is_kept(folder, monkeypatch,
         alive.append(alive[0]() is not None)
         return cluster(*args, **options)
 
-    monkeypatch.setattr(opening, "load_scene", watched_load)
-    monkeypatch.setattr(making, "cluster_scene", watched_cluster)
-    prepared = prepare(
-        folder / "scene.ply", PAINT, Report(), asks=("strokes", "scene") if keeps_scene else ["strokes"]
-    )
+    asks = ("strokes", "scene") if keeps_scene else ["strokes"]
+    with (
+        patch.object(opening, "load_scene", watched_load),
+        patch.object(making, "cluster_scene", watched_cluster),
+    ):
+        prepared = prepare(scene, PAINT, Report(), asks=asks)
     assert alive[1] is keeps_scene
     assert (prepared.scene is not None) is keeps_scene
 
 
-def test_only_what_is_needed_is_opened(folder, tmp_path):
-    (tmp_path / "broken.png").write_text("no picture")
-    broken = replace(BARE, draw=DrawConfig("flat", background=str(tmp_path / "broken.png")))
-    assert prepare(folder / "scene.ply", broken, Report(), asks=["strokes", "cameras"]).background is None
+def test_only_what_is_needed_is_opened(scene, folder):
+    Path("broken.png").write_text("no picture")
+    broken = replace(BARE, draw=DrawConfig("flat", background="broken.png"))
+    assert prepare(scene, broken, Report(), asks=["strokes", "cameras"]).background is None
+    report = Report()
     with pytest.raises(bg.SceneError, match=r"broken\.png"):
-        prepare(folder / "scene.ply", broken, Report())
+        prepare(scene, broken, report)
+    assert "prune" not in stages(report)  # before the long work
     report = Report()
     unclean = replace(BARE, clean=CleanConfig("off"))  # what hangs below an object is found in a first view
-    prepared = prepare(folder / "scene.ply", unclean, report, asks=["strokes"])
+    prepared = prepare(scene, unclean, report, asks=["strokes"])
     assert (prepared.cameras, prepared.background) == ((), None)
-    assert [stage.name for stage in report.stages] == ["stroke", "load", "clean", "prune", "cluster"]
-    counted = replace(BARE, cluster=ClusterConfig("auto"))
+    assert list(stages(report)) == ["stroke", "load", "clean", "prune", "cluster"]
     report = Report()
-    prepare(folder / "scene.ply", counted, report, asks=["strokes"])
-    assert "camera" in [stage.name for stage in report.stages]
+    prepare(scene, replace(BARE, cluster=ClusterConfig("auto")), report, asks=["strokes"])
+    assert "camera" in stages(report)
 
 
-def test_a_path_is_checked_before_the_long_work(folder):
+def test_a_path_is_checked_before_the_long_work_and_one_picture_cannot_be_tracked(scene):
     def refuse(path):
         assert isinstance(path, CameraPath)
         raise ValueError("not this path")
 
     report = Report()
     with pytest.raises(ValueError, match="not this path"):
-        prepare(folder / "scene.ply", PAINT, report, views=PathConfig(orbit=5), check_path=refuse)
-    assert [stage.name for stage in report.stages] == ["stroke", "load", "clean", "first view", "path"]
+        prepare(scene, PAINT, report, views=PathConfig(orbit=5), check_path=refuse)
+    assert list(stages(report)) == ["stroke", "load", "clean", "first view", "path"]
+    tracked = replace(PAINT, draw=DrawConfig("flat", lock="track"))
+    with pytest.raises(ValueError, match="only a path can be tracked"):
+        prepare(scene, tracked, Report())
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("stroke", "along_path", "lock", "order"),
     [
         ("flat", False, "canonical", "depth"),
@@ -225,17 +209,11 @@ def test_a_path_is_checked_before_the_long_work(folder):
         ("ellipse", True, "off", "depth"),  # a kernel has no direction
     ],
 )
-def test_options_are_those_of_a_still_or_of_a_path(folder, stroke, along_path, lock, order):
+def test_options_are_those_of_a_still_or_of_a_path(scene, stroke, along_path, lock, order):
     views = PathConfig(orbit=3) if along_path else None
-    prepared = prepare(folder / "scene.ply", replace(BARE, draw=DrawConfig(stroke)), Report(), views=views)
+    prepared = prepare(scene, replace(BARE, draw=DrawConfig(stroke)), Report(), views=views)
     assert (prepared.options.lock, prepared.options.order) == (lock, order)
     assert [coat.fields is not None for coat in prepared.painting.coats] == [lock == "canonical"]
     assert (prepared.path is not None) is along_path
     assert prepared.painting.is_moving is along_path
     assert len(prepared.cameras) == (3 if along_path else 1)
-
-
-def test_one_picture_cannot_be_tracked(folder):
-    tracked = replace(PAINT, draw=DrawConfig("flat", lock="track"))
-    with pytest.raises(ValueError, match="only a path can be tracked"):
-        prepare(folder / "scene.ply", tracked, Report())

@@ -15,17 +15,15 @@ from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Job, Later, Memory, NoMemory, Steps, holding, is_same, unless
 from brushgs.pipeline.still import paint_view
+from tests.kit.configs import changed as kit_changed
+from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same
 from tests.scenes import still_life_of
 
 SCENE = still_life_of(1000)
+SMALL = {"cluster": {"strokes": 60}, "view": {"size": (64, 48)}, "ground": {"stage": False}}
+OIL = kit_changed(Look.open("oil").config, **SMALL)
 OIL = Look.open("oil").config
-OIL = replace(
-    OIL,
-    cluster=replace(OIL.cluster, strokes=60),
-    view=replace(OIL.view, size=(64, 48)),
-    ground=replace(OIL.ground, stage=False),
-)
 
 
 LONG = {"read", "cleaned", "first_view", "planned", "ground", "plain_views", "own_brushes", "pruned", "focus"}
@@ -45,7 +43,7 @@ def remembered():
 
 
 def changed(step, **values):
-    return replace(OIL, **{step: replace(getattr(OIL, step), **values)})
+    return kit_changed(OIL, **{step: values})
 
 
 LIT = {"site", "key"}  # where the scene stands, and its lamp
@@ -65,29 +63,27 @@ CHANGES = [
 ]
 
 
-@pytest.mark.parametrize(("config", "steps"), CHANGES, ids=range(len(CHANGES)))
+@for_each(("config", "steps"), CHANGES)
 def test_only_steps_whose_inputs_changed_are_made_again(remembered, config, steps):
     made_anew(remembered, OIL)
     _, made = made_anew(remembered, config)
     assert made == steps
 
 
-def test_arrays_are_compared_by_identity_and_options_by_value():
+def test_arrays_are_compared_by_identity_and_options_by_value_and_failures_are_forgotten():
     memory, array, other = Memory(), np.zeros(3), np.zeros(3)
     first = memory.of("a", (array, (1, "x")), object)
     assert memory.of("a", (array, (1, "x")), object) is first
     assert memory.of("a", (other, (1, "x")), object) is not first
     assert memory.of("a", (array, (1,)), object) is not first
-    assert memory.made == {"a": 3}
-
-
-def test_a_step_that_fails_is_forgotten():
-    memory = Memory()
-    memory.of("a", (1,), object)
     with pytest.raises(ZeroDivisionError):
         memory.of("a", (2,), lambda: 1 // 0)
-    memory.of("a", (1,), object)
-    assert memory.made == {"a": 2}
+    memory.of("a", (array, (1,)), object)
+    assert memory.made == {"a": 4}
+    one = np.ones(3)
+    assert is_same((one, 2), (one, 2))
+    assert not is_same((one, 2), (np.ones(4), 2))
+    assert not is_same(2, one)
 
 
 def graph(*functions, inputs=("x",), services=("report",)):
@@ -99,26 +95,19 @@ def make(steps, asked, memory=None, **inputs):
     return job.run(), job
 
 
-def test_a_step_takes_the_values_that_its_parameters_name():
+def test_a_step_takes_the_values_that_its_parameters_name_and_what_nobody_asks_for_is_not_made():
     def double(x):
         return 2 * x
 
     def both(x, double):
         return x + double
 
-    found, job = make(graph(double, both), ["both"], x=3)
-    assert found == {"both": 9}
-    assert list(job.seconds) == ["double", "both"]
-
-
-def test_what_nobody_asks_for_is_not_made():
-    def one(x):
-        return x
-
     def other(x):
         raise AssertionError
 
-    assert make(graph(one, other), ["one"], x=1)[0] == {"one": 1}
+    found, job = make(graph(double, both, other), ["both"], x=3)
+    assert found == {"both": 9}
+    assert list(job.seconds) == ["double", "both"]
 
 
 def test_a_circle_a_missing_input_and_a_value_of_two_steps_are_refused_before_anything_runs():
@@ -251,20 +240,14 @@ def test_kept_results_never_change_a_painting(data):
     """Of another job that was painted before."""
     memory = Memory()
     for _ in range(2):
-        config = OIL
-        for step, fields in OPTIONS.items():
-            values = {name: data.draw(st.sampled_from(choices)) for name, choices in fields.items()}
-            config = replace(config, **{step: replace(getattr(config, step), **values)})
+        steps = {
+            step: {name: data.draw(st.sampled_from(choices)) for name, choices in fields.items()}
+            for step, fields in OPTIONS.items()
+        }
+        config = kit_changed(OIL, **steps)
         kept = prepare(SCENE, config, Report(), memory=memory)
     anew = prepare(SCENE, config, Report())
     assert np.array_equal(paint_view(kept, Report()).rgb, paint_view(anew, Report()).rgb)
-
-
-def test_arrays_of_other_lengths_are_other_inputs():
-    one = np.ones(3)
-    assert is_same((one, 2), (one, 2))
-    assert not is_same((one, 2), (np.ones(4), 2))
-    assert not is_same(2, one)
 
 
 def test_a_held_memory_serves_jobs_that_are_given_none():

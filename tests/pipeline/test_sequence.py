@@ -1,18 +1,12 @@
 import contextlib
 import json
-import os
-import re
-import signal
-import subprocess
-import sys
-import time
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
+from unittest.mock import patch
 
 import av
 import numpy as np
-import OpenImageIO
 import pytest
 
 import brushgs as bg
@@ -34,7 +28,7 @@ from brushgs.options.rules import Rule, Rules
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.options.where import Where, WhereConfig
 from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
-from brushgs.pipeline.report import Report
+from brushgs.pipeline.report import Report, pace
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.sequence_outputs import plan_output
 from brushgs.pipeline.views import choose_first_view
@@ -42,32 +36,17 @@ from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
+from tests.kit.commands import names, stages
 from tests.kit.for_each import for_each
-from tests.scenes import save_upright, still_life_of
 
-ROOT = Path(__file__).resolve().parents[2]
 NUM_FRAMES = 6
 FLAT = bg.StrokeTexture.open("flat")
 MOVING = RenderOptions.of(FLAT, order="soft")
 ORBIT = PathConfig(orbit=NUM_FRAMES, fps=12)
 VIEW = ViewConfig(size=(48, 36))
-PASSES = ["solid", "direction", "repaint", "broken colour"]
 MANIFEST = ".%05d.png.json"
 LEFT = Where.parse("half:-1,0,0,0")
 FILES = [f"{index:05}.png" for index in range(NUM_FRAMES)]
-
-
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "still_life.ply"
-    save_upright(still_life_of(1000), path)
-    return path
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def config(**draw):
@@ -81,16 +60,8 @@ def config(**draw):
     )
 
 
-def seen():
-    return replace(config(underpaint=True, streaks=0.05), strokes=StrokesConfig())
-
-
 def paint(scene, output="f/", path=ORBIT, paint_config=None, **sequence):
     return paint_sequence(scene, output, path, paint_config or config(), SequenceConfig(**sequence))
-
-
-def names(folder):
-    return sorted(path.name for path in Path(folder).iterdir())
 
 
 def one_coat(strokes, texture, options):
@@ -102,8 +73,7 @@ def contents(folder):
 
 
 def stage(report, name):
-    (found,) = [stage for stage in report.stages if stage.name == name]
-    return found
+    return stages(report)[name]
 
 
 def decoded(path):
@@ -122,13 +92,12 @@ def psnr(actual, expected):
 # ---- frames
 
 
-@pytest.mark.parametrize("suffix", [".png", ".exr"])
+@for_each("suffix", [".png", ".exr"])
 def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(scene, folder, suffix):
-    for name, jobs in (("a", 1), ("b", 2)):
-        if suffix == ".png" or jobs == 1:  # starting processes takes a second
-            paint(scene, f"{name}/%05d{suffix}", jobs=jobs)
+    paint(scene, f"a/%05d{suffix}")
     files = contents("a")
     if suffix == ".png":
+        paint(scene, "b/", jobs=2)
         assert contents("b") == files
     # The same from Python: the strokes, the directions along the closed path, then one frame.
     gaussians = bg.load(scene)
@@ -147,48 +116,22 @@ def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(
     assert encode_frame(frame, suffix, (1.0, 1.0, 1.0), shot=known) == files[f"00004{suffix}"]
 
 
-def test_only_exr_holds_depth(scene, folder):
-    paint(scene, "f/%03d.exr", PathConfig(orbit=3))
-    source = OpenImageIO.ImageInput.open("f/001.exr")
-    assert source.spec().channelnames == ("R", "G", "B", "A", "Z")
-    source.close()
-    gaussians = bg.load(scene)
-    camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=8, height=6)
-    for suffix, has_depth in ((".exr", True), (".png", False), (None, False)):
-        painting = one_coat(gaussians, FLAT, replace(MOVING, lock="off"))
-        painter = FramePainter(painting, None, FrameKind(suffix))
-        assert (painter.frame(FrameView(0, camera)).depth is not None) == has_depth
-
-
-def test_transparent_frames_keep_their_alpha(scene, folder):
-    wide = PaintConfig(
-        cluster=ClusterConfig(strokes=150),
-        draw=DrawConfig(stroke="flat", background="transparent"),
-        view=replace(VIEW, zoom=0.2),
-    )
-    paint(scene, "f/", PathConfig(orbit=3), wide)
-    alpha = read_image("f/00000.png")[..., 3]
-    assert (alpha.min(), alpha.max()) == (0, pytest.approx(1, abs=0.05))
-
-
-@pytest.mark.parametrize("lock", ["track", "off"])
-def test_the_lock_asked_for_is_the_lock_painted(scene, folder, lock, monkeypatch):
-    painters, shots = [], []
+@for_each("lock", ["track", "off"])
+def test_the_lock_asked_for_is_the_lock_painted(scene, folder, lock):
+    shots = []
     whole = FramePainter.__call__
 
     def watched(self, shot):
-        painters.append(self)
-        shots.append(shot)
+        shots.append((self.painting.coats[0].options.lock, shot.directions[0]))
         return whole(self, shot)
 
-    monkeypatch.setattr(FramePainter, "__call__", watched)
-    report = paint(scene, "f/", PathConfig(orbit=3), config(lock=lock))
+    with patch.object(FramePainter, "__call__", watched):
+        report = paint(scene, "f/", PathConfig(orbit=3), config(lock=lock))
     assert stage(report, "track").counts["lock"] == lock
     if lock == "track":
-        assert [shot.directions[0].angles.shape for shot in shots] == [(150,)] * 3
+        assert [directions.angles.shape for _, directions in shots] == [(150,)] * 3
     else:
-        assert [shot.directions for shot in shots] == [(None,)] * 3
-        assert [painter.painting.coats[0].options.lock for painter in painters] == [lock] * 3
+        assert shots == [(lock, None)] * 3
         assert stage(report, "track").skipped == [f"tracking: the lock is {lock!r}"]
 
 
@@ -206,24 +149,20 @@ def test_a_loop_is_tracked_closed_and_painted_once(scene, folder, monkeypatch):
     assert names("f") == [MANIFEST, *FILES]
 
 
-def test_a_path_that_sees_nothing_is_refused_and_leaves_no_file(scene, folder):
-    entry = {"width": 20, "height": 10, "fx": 9.0, "fy": 9.0, "rotation": np.eye(3).tolist()}
-    views = [entry | {"id": i, "img_name": "a", "position": [i, 0, 1000]} for i in range(3)]
-    Path("away.json").write_text(json.dumps(views))
-    with pytest.raises(
-        ValueError, match="in all 3 frames no stroke is in the picture; check that the camera"
-    ):
-        paint_sequence(scene, "f/", PathConfig(file=Path("away.json")), replace(config(), view=ViewConfig()))
+def views_at(name, places):
+    """A file of cameras that look along +z."""
+    entry = {"width": 20, "height": 10, "fx": 9.0, "fy": 9.0, "rotation": np.eye(3).tolist(), "img_name": "a"}
+    Path(name).write_text(json.dumps([entry | {"id": i, "position": at} for i, at in enumerate(places)]))
+    return PathConfig(file=Path(name))
+
+
+def test_a_path_that_sees_nothing_is_refused_unless_one_view_of_many_does(scene, folder):
+    places, unsized = [[i, 0, 1000] for i in range(40)], replace(config(), view=ViewConfig())
+    with pytest.raises(ValueError, match="in all 40 frames no stroke is in the picture; check that the"):
+        paint(scene, "f/", views_at("away.json", places), unsized)
     assert not Path("f").exists()
-
-
-def test_a_path_of_which_one_view_of_many_sees_the_scene_is_painted(scene, folder):
-    entry = {"width": 20, "height": 10, "fx": 9.0, "fy": 9.0, "rotation": np.eye(3).tolist()}
-    places = [[i, 0, 1000] for i in range(40)]
     places[17] = [0, 0, -9]
-    views = [entry | {"id": i, "img_name": "a", "position": place} for i, place in enumerate(places)]
-    Path("once.json").write_text(json.dumps(views))
-    paint_sequence(scene, "f/", PathConfig(file=Path("once.json")), replace(config(), view=ViewConfig()))
+    paint(scene, "f/", views_at("once.json", places), unsized)
     assert len(list(Path("f").glob("*.png"))) == 40
 
 
@@ -244,7 +183,7 @@ def test_frames_of_a_longer_sequence_that_follow_are_told(scene, folder):
 
 # Worst frames measured: 32.5, 31.8 and 40.2 dB, for in pictures this small all is edges, which the halved
 # chroma of the first two blurs. At 640x480 it is 38.7, 39.0 and 42.3.
-@pytest.mark.parametrize(("name", "least"), [("a.mp4", 31.5), ("a.gif", 39)])
+@for_each(("name", "least"), [("a.mp4", 31.5), ("a.gif", 39)])
 def test_a_video_shows_the_frames(scene, folder, name, least):
     report = paint(scene, name)
     paint(scene, "f/")
@@ -255,7 +194,6 @@ def test_a_video_shows_the_frames(scene, folder, name, least):
     assert worst > least
     assert report.output == name
     assert stage(report, "write").counts["bytes"] == Path(name).stat().st_size
-    assert names(folder) == sorted(["f", name])
 
 
 def test_odd_sides_of_an_mp4_are_made_even_and_told(scene, folder):
@@ -270,7 +208,8 @@ def test_odd_sides_of_an_mp4_are_made_even_and_told(scene, folder):
 
 
 def test_only_what_is_missing_is_painted(scene, folder):
-    paint(scene)
+    report = paint(scene, is_resumed=True)  # which begins where there is nothing
+    assert stage(report, "paint").counts["painted"] == NUM_FRAMES
     whole = contents("f")
     stamps = {name: Path("f", name).stat().st_mtime_ns for name in FILES}
     Path("f/00001.png").unlink()
@@ -283,15 +222,6 @@ def test_only_what_is_missing_is_painted(scene, folder):
     assert kept == [FILES[0], FILES[2], FILES[3], FILES[5]]
     report = paint(scene, is_resumed=True)
     assert stage(report, "paint").counts["painted"] == 0
-
-
-def test_without_resume_frames_are_replaced(scene, folder):
-    paint(scene)
-    before = contents("f")
-    paint(scene, paint_config=config(stroke="ink"))
-    after = contents("f")
-    assert before.keys() == after.keys()
-    assert all(before[name] != after[name] for name in before)
 
 
 @pytest.fixture(scope="module")
@@ -366,12 +296,11 @@ def test_frames_without_a_ledger_are_not_gone_on_with(scene, folder):
 # ---- outputs
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("output", "pattern"),
     [
         ("frames/", "frames/%05d.png"),
         ("frames", "frames/%05d.png"),
-        ("take.2/", "take.2/%05d.png"),
         ("clip.mp4/", "clip.mp4/%05d.png"),
         ("a/b-%03d.exr", "a/b-%03d.exr"),
         ("%d.TIF", "%d.TIF"),
@@ -381,120 +310,33 @@ def test_folders_and_patterns_are_numbered_files(folder, output, pattern):
     assert plan_output(output).pattern == Path(pattern)
 
 
-@pytest.mark.parametrize(
-    ("output", "sentence"),
+@for_each(
+    ("output", "options", "sentence"),
     [
-        ("a.png", r"a path has many frames, but 'a\.png' is one picture; write a-%05d\.png"),
-        ("a.avi", r"output of a path must be a folder or end in one of \.mp4, .*\.avif, got 'a\.avi'"),
-        ("%05d.bmp", r"output of a path must be a folder or end in one of"),
-        ("%d-%d.png", r"must hold one number such as %05d, got '%d-%d\.png'; write %05d\.png"),
-        ("%s.png", r"must hold one number such as %05d"),
-        ("take%d/a.png", r"the number must be in the name of the file, not of its folder"),
-        ("file/", r"file/%05d\.png: .*/file is a file, not a folder; choose another name"),
-    ],
-)
-def test_an_output_that_cannot_be_is_refused_before_any_work(folder, output, sentence):
-    Path("file").write_text("old")
-    with pytest.raises(ValueError, match=sentence):
-        paint("missing.ply", output)
-    assert names(folder) == ["file"]
-
-
-def test_inputs_are_not_replaced(scene, folder):
-    Path("f").mkdir()
-    bg.save(bg.Frame(np.ones((4, 4, 3), np.float32), np.full((4, 4), 0.5, np.float32)), "f/00003.png")
-    with pytest.raises(bg.SceneError, match=r"00003\.png: is an input, and f/%05d\.png would replace it"):
-        paint(scene, "f/", paint_config=config(stroke="f/00003.png"))
-    Path("a.gif").write_bytes(b"GIF")
-    with pytest.raises(bg.SceneError, match="is the input, which is never overwritten"):
-        paint(scene, "a.gif", paint_config=config(background="a.gif"))
-
-
-@pytest.mark.parametrize(
-    ("output", "path", "draw", "sequence", "sentence"),
-    [
+        ("a.png", {}, r"a path has many frames, but 'a\.png' is one picture; write a-%05d\.png"),
+        ("a.avi", {}, r"output of a path must be a folder or end in one of \.mp4, .*\.avif, got 'a\.avi'"),
+        ("%d-%d.png", {}, r"must hold one number such as %05d, got '%d-%d\.png'; write %05d\.png"),
+        ("file/", {}, r"file/%05d\.png: .*/file is a file, not a folder; choose another name"),
+        ("a.gif", {"path": replace(ORBIT, fps=60)}, r"fps must be above 0 and at most 50 for \.gif, got 60"),
+        ("a.mp4", {"is_resumed": True}, r"a video cannot be resumed .* numbered frames, -o a/"),
+        ("f/", {"scheduler": "host"}, r"scheduler must be an address such as tcp://host:8786, got 'host'"),
         (
             "a.mp4",
-            ORBIT,
-            {},
-            {"is_resumed": True},
-            r"a video cannot be resumed .* numbered frames, -o a/",
-        ),
-        (
-            "a.mp4",
-            ORBIT,
-            {"background": "transparent"},
-            {},
+            {"paint_config": config(background="transparent")},
             r"must not be transparent in a\.mp4, .* choose a colour, or write a\.mov or a\.webm",
         ),
-        ("a.gif", replace(ORBIT, fps=60), {}, {}, r"fps must be above 0 and at most 50 for \.gif, got 60"),
-        ("a.gif", ORBIT, {"threads": 1}, {"scheduler": "tcp://x"}, r"scheduler must be an address"),
         (
             "f/%05d.jpg",
-            ORBIT,
-            {"background": "transparent"},
-            {},
+            {"paint_config": config(background="transparent")},
             r"not be transparent in %05d\.jpg, .* no transparency; choose a colour, or write %05d\.png",
-        ),
-        ("f/", ORBIT, {"background": "redish"}, {}, r"background must be white"),
-        (
-            "f/",
-            ORBIT,
-            {},
-            {"scheduler": "host"},
-            r"scheduler must be an address such as tcp://host:8786, got 'host'",
         ),
     ],
 )
-def test_options_that_do_not_fit_are_refused_before_any_work(folder, output, path, draw, sequence, sentence):
+def test_an_output_that_cannot_be_is_refused_before_any_work(folder, output, options, sentence):
+    Path("file").write_text("old")
     with pytest.raises(ValueError, match=sentence):
-        paint("missing.ply", output, path, config(**draw), **sequence)
-    assert names(folder) == []
-
-
-def test_jobs_beside_a_scheduler_are_refused():
-    with pytest.raises(ValueError, match="jobs cannot be combined with scheduler, whose workers paint"):
-        SequenceConfig(jobs=2, scheduler="tcp://localhost:1")
-
-
-# ---- stopping
-
-
-def start(scene, folder, output, *words):
-    """A run of hundreds of frames in a process group of its own."""
-    command = [sys.executable, "-m", "brushgs", "render", scene, "--stroke", "ellipse", "--strokes", "60"]
-    command += ["--size", "48x36", "--orbit", "500", "-o", output, *words]
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen(
-        list(map(str, command)), cwd=folder, env=environment, start_new_session=True, **pipes
-    )
-
-
-def wait_until(condition, process):
-    until = time.monotonic() + 30
-    while not condition():
-        assert process.poll() is None, process.stderr.read()
-        assert time.monotonic() < until
-        time.sleep(0.005)
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send")
-def test_ctrl_c_leaves_whole_frames_and_says_how_to_go_on(scene, folder):
-    with start(scene, folder, "f/") as process:
-        wait_until(Path("f/00012.png").exists, process)
-        os.killpg(process.pid, signal.SIGINT)
-        out, err = process.communicate()
-    assert (process.returncode, out) == (130, "")
-    told = re.fullmatch(
-        r"brushgs: stopped: ([0-9]+) of 500 frames are done; add --resume to paint the rest\n", err
-    )
-    assert told, err
-    files = names("f")
-    assert files == [MANIFEST, *(f"{index:05}.png" for index in range(len(files) - 1))]
-    assert int(told[1]) == len(files) - 1
-    for name in files[1:]:
-        assert read_image(f"f/{name}").shape == (36, 48, 3)
+        paint("missing.ply", output, **options)
+    assert names(folder) == ["file"]
 
 
 def test_a_painting_that_was_stopped_is_finished_to_the_same_files(scene, folder, monkeypatch):
@@ -517,4 +359,13 @@ def test_a_painting_that_was_stopped_is_finished_to_the_same_files(scene, folder
     assert contents("f") == contents("whole")
 
 
-# ---- progress
+@for_each(
+    ("done", "total", "seconds", "text"),
+    [
+        (0, 5, 3.0, "0/5 frames"),
+        (34, 120, 4.0, "34/120 frames, 8.5 per second, 0:10 left"),
+        (1, 1000, 10.0, "1/1000 frames, 0.1 per second, 2:46:30 left"),
+    ],
+)
+def test_the_pace_is_told_in_frames_and_minutes(done, total, seconds, text):
+    assert pace(done, total, seconds) == text

@@ -25,21 +25,10 @@ from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Memory
 from brushgs.pipeline.views import choose_first_view
+from tests.kit.commands import save_opaque
 from tests.scenes import real_scene, still_life_of
 
-SIZE = (64, 48)
-VIEWS = [
-    ViewConfig(size=SIZE),
-    ViewConfig(size=SIZE, azimuth=2.0, elevation=0.7, zoom=1.3),
-    ViewConfig(size=SIZE, side="left", roll=0.2),
-    ViewConfig(size=SIZE, side="top", pan=(0.1, 0.2)),
-    ViewConfig(size=SIZE, look_at="scene"),
-    ViewConfig(size=SIZE, look_at="part", fov_y=0.5),
-    ViewConfig(size=SIZE, look_at=(0.1, 0.2, 0.3)),
-    # The front is that of the scene with its own up, so with another one an azimuth is given.
-    ViewConfig(size=(48, 64), up="+z", azimuth=0.5),
-    ViewConfig(size=SIZE, up=(0.1, -1.0, 0.3), azimuth=1.0),
-]
+VIEW = ViewConfig(size=(64, 48), azimuth=2.0, elevation=0.7, zoom=1.3)
 
 
 def cameras_of(path, view, views=None, memory=None):
@@ -53,20 +42,18 @@ def cameras_of(path, view, views=None, memory=None):
     return prepare(path, paint, Report(), views=views, asks=["cameras"], memory=memory).cameras
 
 
-def assert_same_cameras(one, other, views=VIEWS[:2], other_memory=None):
+def assert_same_cameras(one, other, other_memory=None):
     memories = Memory(), other_memory or Memory()  # each file is read and cleaned once
-    for view in views:
+    for view in (ViewConfig(size=(64, 48)), VIEW):
         for path in (None, PathConfig(orbit=3)):
-            found = [
-                cameras_of(file, view, path, memory)
-                for file, memory in zip((one, other), memories, strict=True)
-            ]
-            for a, b in zip(*found, strict=True):
-                assert (a.viewmat.tobytes(), a.K.tobytes(), a.near) == (
-                    b.viewmat.tobytes(),
-                    b.K.tobytes(),
-                    b.near,
+            ours, theirs = (
+                [(camera.viewmat.tobytes(), camera.K.tobytes(), camera.near) for camera in cameras]
+                for cameras in (
+                    cameras_of(file, view, path, memory)
+                    for file, memory in zip((one, other), memories, strict=True)
                 )
+            )
+            assert ours == theirs
 
 
 @pytest.fixture
@@ -85,7 +72,7 @@ def clustered(path, target, strokes):
 def test_they_stay_so_from_pass_to_pass(scene, tmp_path):
     steps = [tmp_path / f"{number}.ply" for number in range(4)]
     palette = tmp_path / "palette.png"
-    bg.save(bg.Frame(np.random.default_rng(0).random((8, 8, 3)), np.ones((8, 8))), palette)
+    save_opaque(palette, np.random.default_rng(0).random((8, 8, 3)))
     prune_file(scene, steps[0], PruneConfig(keep=0.2), Report())
     cluster_file(steps[0], steps[1], PaintConfig(cluster=ClusterConfig(strokes=100)), Report())  # that see
     recolor_file(steps[1], steps[2], PaletteConfig(palette), Report())
@@ -97,12 +84,11 @@ def test_they_stay_so_from_pass_to_pass(scene, tmp_path):
     assert read_scene(steps[3])[1].is_strokes, "a fixed file of strokes stays one"
 
 
-@pytest.mark.parametrize("name", ["koala.ply", "derived/truck.ply"])
-def test_strokes_of_a_real_scene_are_framed_as_the_scene(name, tmp_path):
+def test_strokes_of_a_real_scene_are_framed_as_the_scene(tmp_path):
     path = tmp_path / "scene.ply"
-    bg.save(bg.load(real_scene(name)).take(slice(None, None, 8)), path)
+    bg.save(bg.load(real_scene("koala.ply")).take(slice(None, None, 8)), path)
     clustered(path, tmp_path / "strokes.ply", 900)
-    assert_same_cameras(tmp_path / "strokes.ply", path, VIEWS[:2])
+    assert_same_cameras(tmp_path / "strokes.ply", path)
 
 
 def test_the_header_of_a_scene_states_up_and_its_strokes_keep_it(scene, tmp_path):

@@ -9,7 +9,7 @@ from brushgs.options.look import Look
 from brushgs.options.painting import PaintConfig
 from brushgs.passes.add.backdrop import Tone
 from brushgs.pipeline.style_values import count_of, style_values
-from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.colors import oklab_of, rgb_of, rgb_of_oklab
 from brushgs.values.style import Style, StyleMarks
 
 MARKS = StyleMarks(
@@ -63,3 +63,18 @@ def test_a_toned_ground_goes_from_its_tone_to_the_ground_of_the_style():
     start = Tone(0.58, 0.6, (0.012, 0.04)).lab(mean)
     np.testing.assert_allclose(rgb_of_oklab(lab(1.0)[None])[0], MARKS.ground, atol=1e-6)
     np.testing.assert_allclose(lab(0.5), 0.5 * (start + oklab_of(MARKS.ground[None])[0]), atol=1e-9)
+
+
+def test_a_ground_of_one_colour_is_mixed_and_others_stay_as_do_counts_that_are_not_usual():
+    def values(look, share=1.0, **fields):
+        return style_values([(style_of(**fields), share)], look)
+
+    for ground, code in (("canvas", "#dccfb8"), ("#804020", "#804020"), ("navy", "navy")):
+        mixed = values({"ground": {"ground": ground}}, 0.5)["ground"]["ground"]
+        wanted = 0.5 * (np.array(rgb_of(code)) + MARKS.ground)
+        np.testing.assert_allclose(rgb_of(mixed), wanted, atol=0.5 / 255)
+    for ground in ("none", "picture.png"):
+        assert values({"ground": {"ground": ground}})["ground"] == {"ground": ground}
+    assert "ground" not in values({"draw": {}}, ground=None)
+    for asked in ("auto", 0.1, None, 5000):
+        assert values({"cluster": {"strokes": asked}})["cluster"] == {"strokes": asked}

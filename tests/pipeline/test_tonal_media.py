@@ -6,10 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import brushgs as bg
-from brushgs.options.look import Look
-from brushgs.options.media import Hatching, Ink, Stippling, medium_of
-from brushgs.options.painting import ViewConfig
 from brushgs.outlets.glb.write import omitted
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
@@ -17,26 +13,19 @@ from brushgs.rendering.canvas import Painting
 from brushgs.rendering.effect import without_effect
 from brushgs.still_life import still_life_camera
 from brushgs.values.sh import base_colors
+from tests.kit.configs import blind
+from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 LOOKS = "ink", "hatching", "stippling"
 SCENE = still_life_of(3000)
-CAMERA = still_life_camera(width=480, height=270)
+SIZE = 480, 270
+CAMERA = still_life_camera(width=SIZE[0], height=SIZE[1])
 
 
-def config_of(look, **media):
-    config = Look.open(look).config
-    return replace(
-        config,
-        strokes=replace(config.strokes, see="off", focus=None),
-        cluster=replace(config.cluster, strokes=600),
-        media=replace(config.media, **media),
-        view=ViewConfig(size=(480, 270)),
-    )
-
-
-def prepared(look, scene=SCENE, camera=CAMERA, **media):
-    return prepare(scene, config_of(look, **media), Report(), views=camera, asks=PICTURE)
+def prepared(look, scene=SCENE):
+    config = blind(look, 600, SIZE, strokes={"focus": None})
+    return prepare(scene, config, Report(), views=CAMERA, asks=PICTURE)
 
 
 @pytest.fixture(scope="module")
@@ -73,21 +62,15 @@ def test_ink_is_black_and_white_with_a_sixth_of_solid_black(paintings):
     assert np.bincount(labels.ravel())[1:].min() >= 0.8 * 140 / 4, "a picture of half the width"
 
 
-@pytest.mark.parametrize("look", LOOKS)
-def test_none_and_one_stroke_are_painted(look):
-    with pytest.warns(bg.SceneWarning, match="no stroke"):
-        bg.paint(SCENE.take(np.zeros(0, int)), config_of(look), camera=CAMERA)
-    one = prepared(look, SCENE.take(np.arange(1))).painting.frame(CAMERA)
-    assert np.isfinite(one.rgb).all()
-
-
-@pytest.mark.parametrize("look", LOOKS)
-def test_a_frame_alone_in_another_process_is_that_of_the_film(paintings, look):
+@for_each("look", LOOKS)
+def test_a_frame_alone_in_another_process_is_that_of_the_film_and_one_stroke_is_painted(paintings, look):
     """Nothing is settled in a frame: neither thresholds nor levels depend on what was painted before."""
     painting, other = paintings[look], replace(CAMERA, K=CAMERA.K * [[1.5], [1.5], [1]])
     in_film = [painting.frame(camera).rgb.copy() for camera in (other, CAMERA)]
     alone = pickle.loads(pickle.dumps(painting)).frame(CAMERA)
     np.testing.assert_array_equal(alone.rgb, in_film[1])
+    one = prepared(look, SCENE.take(np.arange(1))).painting.frame(CAMERA)
+    assert np.isfinite(one.rgb).all()
 
 
 def test_outlets_without_effects_show_dark_strokes_in_place_of_blacks(paintings):
@@ -101,18 +84,3 @@ def test_outlets_without_effects_show_dark_strokes_in_place_of_blacks(paintings)
     words = " ".join(omitted(Painting(paintings["ink"].coats), CAMERA, for_view=False))
     assert "gathers on the paper" in words
     assert "denser" in words
-
-
-def test_numbers_of_the_media_are_checked():
-    assert isinstance(medium_of({"kind": "stippling", "black": 0.3}), Stippling)
-    assert medium_of({"kind": "ink", "black": 0.3}) == Ink(black=0.3)
-    for values, message in (
-        ({"spacing": (5.0, 2.0)}, r"spacing must not be less in the lightest tone, got \[5.0, 2.0\]"),
-        ({"length": (80.0, 20.0)}, r"length must name the shortest line first, got \[80.0, 20.0\]"),
-        ({"lightest": 1.5}, "lightest must be 0 to 1"),
-        ({"width": (0.0, 1.0)}, "width must"),
-    ):
-        with pytest.raises(ValueError, match=message):
-            Hatching(**values)
-    with pytest.raises(ValueError, match="black must be 0 to 1"):
-        Ink(black=-0.1)

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import brushgs as bg
 from brushgs.cameras.first_view import framed_camera, sayable
 from brushgs.cameras.framing import plain_first_view
-from brushgs.errors import SceneError
 from brushgs.first_view import find_first_view
 from brushgs.formats.pictures import letters
 from brushgs.formats.pictures.images import read_image
@@ -19,7 +19,6 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.views_sheet import (
     CELL,
     NUM_AZIMUTHS,
-    paint_views,
     plan_sheet,
     sheet_beside,
     write_sheet,
@@ -32,14 +31,12 @@ SMALL = ViewConfig(size=(40, 30))
 UPS = (("+z", 0.41), ("-y", 0.38), ("+y", 0.12), ("-z", 0.05), ("+x", 0.02), ("-x", 0.02))
 
 
-@pytest.fixture(scope="module")
-def gaussians():
-    return still_life_of(2000)
+GAUSSIANS = still_life_of(1000)
 
 
 @pytest.fixture(scope="module")
-def view(gaussians):
-    return plain_first_view(gaussians)
+def view():
+    return plain_first_view(GAUSSIANS)
 
 
 def test_a_sheet_shows_azimuths_by_elevations_from_the_first_view_on(view):
@@ -56,21 +53,16 @@ def test_a_sheet_shows_azimuths_by_elevations_from_the_first_view_on(view):
 
 def test_where_up_is_in_doubt_rows_are_axes_the_most_probable_first(view):
     rows = plan_sheet(replace(view, probability=0.41, ups=UPS), SMALL)
-    assert [row[1].flags for row in rows] == [
-        f"--up {name} --azimuth 75 --elevation 15" for name in ("+z", "-y", "+y", "-z")
-    ]
-    assert [row[0].note for row in rows] == [
-        "up is +z: 0.41",
-        "up is -y: 0.38, the first view",
-        "up is +y: 0.12",
-        "up is -z: 0.05",
-    ]
+    flags = [f"--up {name} --azimuth 75 --elevation 15" for name in ("+z", "-y", "+y", "-z")]
+    assert [row[1].flags for row in rows] == flags
+    notes = ["up is +z: 0.41", "up is -y: 0.38, the first view", "up is +y: 0.12", "up is -z: 0.05"]
+    assert [row[0].note for row in rows] == notes
     for settled in (replace(view, probability=0.9, ups=UPS), view):
         assert len({cell.flags.split()[0] for row in plan_sheet(settled, SMALL) for cell in row}) == 1
     two = plan_sheet(replace(view, probability=0.6, ups=(("+z", 0.6), ("-y", 0.399), ("+x", 0.001))), SMALL)
     assert [row[0].flags.split()[1] for row in two] == ["+z", "-y"]
     told = plan_sheet(replace(view, probability=0.41, ups=UPS), replace(SMALL, up="-y"))
-    assert told[0][1].flags == "--up -y --azimuth 75 --elevation 15"
+    assert told[0][1].flags == flags[1]
 
 
 def test_a_scene_seen_from_inside_is_shown_from_outside_in_all_other_cells(view):
@@ -81,16 +73,10 @@ def test_a_scene_seen_from_inside_is_shown_from_outside_in_all_other_cells(view)
     np.testing.assert_allclose(framed_camera(inside, rows[0][0].config).position, inside.eye, atol=1e-12)
 
 
-@pytest.fixture(scope="module")
-def street_sheet(tmp_path_factory):
-    """Cells of the sheet of a street, which is seen from inside."""
-    path = tmp_path_factory.mktemp("street") / "street.png"
+def test_flags_of_views_from_inside_are_short_and_give_the_same_camera(tmp_path):
     seen = sayable(find_first_view(street(), up="-y"))
-    return write_sheet(street(), seen, path, Report(), name="street", view=SMALL)
-
-
-def test_flags_of_views_from_inside_are_short_and_give_the_same_camera(street_sheet):
-    for cell in street_sheet[1:NUM_AZIMUTHS]:
+    sheet = write_sheet(street(), seen, tmp_path / "street.png", Report(), name="street", view=SMALL)
+    for cell in sheet[1:NUM_AZIMUTHS]:
         words = dict(zip(cell.flags.split()[::2], cell.flags.split()[1::2], strict=True))
         assert len(cell.flags) < 90
         angles = {name: radians(float(words[f"--{name}"])) for name in ("azimuth", "elevation")}
@@ -103,29 +89,23 @@ def test_flags_of_views_from_inside_are_short_and_give_the_same_camera(street_sh
         assert told.near == shown.near
 
 
-def test_each_cell_is_the_picture_that_its_flags_give(gaussians, view, tmp_path):
-    cells = write_sheet(gaussians, view, tmp_path / "a.png", Report(), name="a", view=SMALL)
+def test_each_cell_is_the_picture_that_its_flags_give(view, tmp_path):
+    cells = write_sheet(GAUSSIANS, view, tmp_path / "a.png", Report(), name="a", view=SMALL)
     sheet = read_image(tmp_path / "a.png")
-    from brushgs.brushes.texture import StrokeTexture
-    from brushgs.rendering.render import render
-
     for cell in (cells[0], cells[11], cells[-1]):
         camera = framed_camera(cell.first_view, cell.config)
-        expected = render(gaussians, camera, StrokeTexture.open("gaussian")).over(views_sheet.PAPER)
+        expected = bg.render(GAUSSIANS, camera, "gaussian").over(views_sheet.PAPER).clip(0, 1)
         left = views_sheet.GAP + cell.column * (40 + views_sheet.GAP)
         top = views_sheet.TITLE + cell.row * (30 + views_sheet.CAPTION)
-        np.testing.assert_allclose(
-            sheet[top : top + 30, left : left + 40, :3], expected.clip(0, 1), atol=0.003
-        )
+        found = sheet[top : top + 30, left : left + 40, :3]
+        np.testing.assert_allclose(found, expected, atol=0.003)
 
 
-def test_a_build_without_letters_gives_a_sheet_without_words_and_says_so(
-    gaussians, view, tmp_path, monkeypatch
-):
+def test_a_build_without_letters_gives_a_sheet_without_words_and_says_so(view, tmp_path, monkeypatch):
     monkeypatch.setattr(letters, "PLAIN", "no such font")
     monkeypatch.setattr(views_sheet, "with_words", lambda picture, words: None)
     report = Report()
-    write_sheet(gaussians, view, tmp_path / "a.png", report, name="a", view=SMALL)
+    write_sheet(GAUSSIANS, view, tmp_path / "a.png", report, name="a", view=SMALL)
     assert read_image(tmp_path / "a.png").shape[1] == views_sheet.GAP + 8 * (40 + views_sheet.GAP)
     assert "captions: this build of OpenImageIO draws no letters" in report.stages[0].skipped[0]
 
@@ -138,12 +118,6 @@ def test_letters_that_cannot_be_drawn_are_none():
     )
     assert drawn.min() < 0.3
     assert paper.min() == 1
-
-
-def test_the_sheet_never_replaces_the_scene(tmp_path):
-    (tmp_path / "a.png").write_bytes(b"x")
-    with pytest.raises(SceneError, match="is the input"):
-        paint_views(tmp_path / "a.png", tmp_path / "a.png")
 
 
 @for_each(

@@ -6,33 +6,23 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.options.look import Look
-from brushgs.options.painting import ViewConfig
 from brushgs.passes.color.color_space import Space
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering.effect import without_effect
 from brushgs.rendering.wet_layer import WetLayer
 from brushgs.still_life import still_life_camera
+from tests.kit.configs import blind
 from tests.scenes import still_life_of
 
 SIZE = 240, 180
 CAMERA = still_life_camera(width=SIZE[0], height=SIZE[1])
 
 
-def config_of(num_strokes=3000):
-    config = Look.open("watercolour").config
-    return replace(
-        config,
-        strokes=replace(config.strokes, see="off"),
-        cluster=replace(config.cluster, strokes=num_strokes),
-        view=ViewConfig(size=SIZE),
-    )
-
-
 @pytest.fixture(scope="module")
 def prepared():
-    return prepare(still_life_of(6000), config_of(), Report(), views=CAMERA, asks=PICTURE)
+    config = blind("watercolour", 3000, SIZE)
+    return prepare(still_life_of(6000), config, Report(), views=CAMERA, asks=PICTURE)
 
 
 def test_lights_are_the_paper_and_darks_are_dark(prepared):

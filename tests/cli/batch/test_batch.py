@@ -1,6 +1,7 @@
 """`brushgs batch`: four pictures in two processes, what fails, what is skipped, and what is printed."""
 
 import contextlib
+import io
 import json
 import os
 import signal
@@ -16,6 +17,8 @@ from brushgs.cli import main
 from brushgs.cli.batch.jobs import read_jobs
 from brushgs.cli.batch.run import Outcome, Task, run_jobs
 from brushgs.options.sequence import SequenceConfig
+from tests.kit.commands import refused, run
+from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -25,6 +28,7 @@ size = "48x36"
 strokes = 60
 clean = "off"
 see = "off"
+backdrop = "off"
 
 [[job]]
 scene = "pears.ply"
@@ -42,21 +46,9 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("batch")
     save_upright(still_life_of(1000), folder / "pears.ply")
     (folder / "jobs.toml").write_text(JOBS)
-    run = subprocess.run(
-        [sys.executable, "-m", "brushgs", "batch", folder / "jobs.toml", "--jobs", "2", "--json"],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-    )
-    assert run.returncode == 0, run.stderr
-    return folder, json.loads(run.stdout)
-
-
-def batch(capsys, file, *words):
-    code = main(["batch", str(file), *words])
-    out, err = capsys.readouterr()
-    return code, out, err
+    with contextlib.redirect_stdout(io.StringIO()) as out:
+        assert main(["batch", str(folder / "jobs.toml"), "--jobs", "2", "--json"]) == 0
+    return folder, json.loads(out.getvalue())
 
 
 def test_four_jobs_write_four_pictures_and_one_report(made):
@@ -78,20 +70,20 @@ def test_a_batch_that_is_resumed_runs_what_is_missing_or_differs(made, capsys):
     kept = {path: path.stat().st_mtime_ns for path in (folder / "out").iterdir()}
     (folder / "out" / "oil-left.png").unlink()
     (folder / "out" / "plain-left.png").write_bytes(b"another")
-    dry = batch(capsys, folder / "jobs.toml", "--resume", "--dry-run")[1]
+    dry = run(capsys, "batch", folder / "jobs.toml", "--resume", "--dry-run")[1]
     assert [line.split("--output=")[1].split()[0] for line in dry.splitlines()] == [
         "out/oil-left.png",
         "out/plain-left.png",
     ]
     (folder / "jobs.toml").write_text(JOBS.replace('"plain"', '"plain", "ink"'))
-    code, out, _ = batch(capsys, folder / "jobs.toml", "--resume", "--json")
+    code, out, _ = run(capsys, "batch", folder / "jobs.toml", "--resume", "--json")
     report = json.loads(out)
     assert code == 0
     assert (report["done"], report["skipped"]) == (4, 2)
     for path, changed in kept.items():
         assert (path.stat().st_mtime_ns == changed) == (path.name not in ("oil-left.png", "plain-left.png"))
     os.utime(folder / "pears.ply", (1, 1))
-    assert len(batch(capsys, folder / "jobs.toml", "--resume", "--dry-run")[1].splitlines()) == 6
+    assert len(run(capsys, "batch", folder / "jobs.toml", "--resume", "--dry-run")[1].splitlines()) == 6
 
 
 def test_a_job_that_fails_does_not_stop_the_others(made, tmp_path, capsys):
@@ -99,37 +91,27 @@ def test_a_job_that_fails_does_not_stop_the_others(made, tmp_path, capsys):
     text = f'[defaults]\nscene = "{pears}"\nsize = "32x24"\nlook = "plain"\n'
     text += '[[job]]\noutput = "a.gif"\n[[job]]\noutput = "b.png"\nstrokes = 20'
     (tmp_path / "two.toml").write_text(text)
-    code, out, err = batch(capsys, tmp_path / "two.toml")
+    code, out, err = run(capsys, "batch", tmp_path / "two.toml")
     assert code == 2
     assert out == ""
     for words in ("note: job 1 failed: a.gif is a video", "failed", "1 done, 1 failed, 0 skipped"):
         assert words in " ".join(err.split())
     assert (tmp_path / "b.png").exists()
-    code, out, err = batch(capsys, tmp_path / "two.toml", "--resume", "--json", "--jobs", "2")
+    code, out, err = run(capsys, "batch", tmp_path / "two.toml", "--resume", "--json", "--jobs", "2")
     lines = json.loads(out)["jobs"]
     assert [line["state"] for line in lines] == ["failed", "skipped"]
     assert "is a video and needs a camera path" in lines[0]["error"]
     assert err == ""
-    code, out, err = batch(capsys, tmp_path / "two.toml", "--resume", "--quiet")
+    code, out, err = run(capsys, "batch", tmp_path / "two.toml", "--resume", "--quiet")
     assert (code, out) == (2, "")
     assert err.startswith("brushgs: job 1: a.gif is a video")
 
 
-def test_a_bad_job_is_told_before_any_runs(made, tmp_path, capsys):
-    text = f'[[job]]\nscene = "{made[0]}/pears.ply"\noutput = "a.png"\n'
-    (tmp_path / "one.toml").write_text(text + text)
-    code, _, err = batch(capsys, tmp_path / "one.toml")
-    assert code == 2
-    assert "one.toml: line 4: job 2: writes a.png, as job 1 does" in err
-    assert [path.name for path in tmp_path.iterdir()] == ["one.toml"]
-
-
-@pytest.mark.parametrize("content", ["[1]", "", "{}"])
+@for_each("content", ["[1]", "", "{}"])
 def test_a_record_that_is_none_is_told(made, tmp_path, capsys, content):
     (tmp_path / "one.toml").write_text(f'[[job]]\nscene = "{made[0]}/pears.ply"\noutput = "a.png"\n')
     (tmp_path / ".one.toml.json").write_text(content)
-    code, _, err = batch(capsys, tmp_path / "one.toml", "--resume")
-    assert code == 2
+    err = refused(capsys, "batch", tmp_path / "one.toml", "--resume")
     assert ".one.toml.json: is no record of a batch; remove it, and all jobs run again" in err
 
 
@@ -158,10 +140,10 @@ def every_kind(tmp_path_factory, made):
 
 
 def left(capsys, folder):
-    return json.loads(batch(capsys, folder / "jobs.toml", "--resume", "--dry-run", "--json")[1])
+    return json.loads(run(capsys, "batch", folder / "jobs.toml", "--resume", "--dry-run", "--json")[1])
 
 
-@pytest.mark.parametrize("kind", OUTPUTS)
+@for_each("kind", OUTPUTS)
 def test_a_job_is_done_while_every_file_that_it_wrote_is_as_it_was(every_kind, capsys, kind):
     assert left(capsys, every_kind) == []
     (_, output, _), name = OUTPUTS[kind]
@@ -172,7 +154,7 @@ def test_a_job_is_done_while_every_file_that_it_wrote_is_as_it_was(every_kind, c
         assert f"--output={output}" in words
         path.write_bytes(content)
         os.utime(path, ns=(state.st_atime_ns, state.st_mtime_ns))
-        assert left(capsys, every_kind) == []
+    assert left(capsys, every_kind) == []
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no signals to send")

@@ -6,14 +6,13 @@ import pytest
 
 from brushgs.cli.batch.check import check_jobs
 from brushgs.cli.batch.jobs import read_jobs
+from tests.kit.for_each import for_each
 
 
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.ply").touch()
-    (tmp_path / "b.spz").touch()
-    return tmp_path
+def scenes(folder):
+    for name in ("a.ply", "b.spz"):
+        (folder / name).touch()
 
 
 def jobs_of(text):
@@ -63,7 +62,7 @@ def test_options_of_a_job_win_over_defaults_and_those_of_lists_over_both():
     assert second.output == "4.png"
 
 
-@pytest.mark.parametrize(
+@for_each(
     ("text", "message"),
     [
         ("", "jobs.toml: must have at least one table"),
@@ -80,6 +79,8 @@ def test_options_of_a_job_win_over_defaults_and_those_of_lists_over_both():
         ("[[job]]\noutput='a.png'", "job 1: scene is missing; name it"),
         ("[[job]]\nscene='c.ply'\noutput='a.png'", "c.ply: there is no such scene; names are"),
         ("[[job]]\ncommand='prune'\nscene='b.spz'\noutput='a.ply'\n" + job(), "a.ply, which job 2 reads"),
+        (job() + "\n" + job(), "line 4: job 2: writes a.png, as job 1 does"),
+        (job("azim = 30"), "azim is no option of `brushgs render`; did you mean 'azimuth'?"),
         ("[[job]\n", "jobs.toml: is not TOML"),
     ],
 )

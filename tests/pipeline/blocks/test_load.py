@@ -1,10 +1,8 @@
 """Scenes that are larger than the memory that may be used."""
 
-import json
 import os
 import subprocess
 import sys
-import warnings
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +20,9 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.strokes import load_scene
 from brushgs.still_life import still_life_camera
 from tests.io.ply_maker import scene_columns, write_scene
+from tests.kit.commands import stages_of
+from tests.kit.for_each import for_each
+from tests.passes.scenes import assert_same
 from tests.scenes import still_life_of
 
 PEARS = still_life_of(6000)
@@ -52,20 +53,12 @@ def psnr(one: bg.Frame, other: bg.Frame) -> float:
     return float(-10 * np.log10(np.mean((one.rgb - other.rgb) ** 2) + 1e-12))
 
 
-def assert_equal(one: bg.Gaussians, other: bg.Gaussians) -> None:
-    for name, column in one.columns().items():
-        np.testing.assert_array_equal(column, getattr(other, name), err_msg=name)
-
-
-def test_strokes_do_not_depend_on_the_blocks(path: Path) -> None:
-    scenes = [load(path, block_rows=rows) for rows in (NUM, 1000, 777)]
-    pictures = [bg.render(bg.cluster(scene, 300), CAMERA, "flat") for scene in scenes]
-    for scene, picture in zip(scenes[1:], pictures[1:], strict=True):
-        np.testing.assert_allclose(scene.means, scenes[0].means, rtol=1e-6, atol=1e-7)
-        assert psnr(picture, pictures[0]) > 60
-
-
-def test_they_are_nearly_those_of_the_scene_in_memory(path: Path) -> None:
+def test_strokes_do_not_depend_on_the_blocks_and_are_nearly_those_of_the_scene_in_memory(path: Path) -> None:
+    first, *others = [load(path, block_rows=rows) for rows in (NUM, 1000, 777)]
+    picture = bg.render(bg.cluster(first, 300), CAMERA, "flat")
+    for scene in others:
+        np.testing.assert_allclose(scene.means, first.means, rtol=1e-6, atol=1e-7)
+        assert psnr(bg.render(bg.cluster(scene, 300), CAMERA, "flat"), picture) > 60
     whole, merged = bg.load(path), load(path)
     assert 0.4 * MOST < len(merged) <= MOST
     plain = bg.render(whole, CAMERA, "gaussian")
@@ -76,7 +69,7 @@ def test_they_are_nearly_those_of_the_scene_in_memory(path: Path) -> None:
 
 
 def test_processes_give_the_same_bits(path: Path) -> None:
-    assert_equal(load(path, SequenceConfig(jobs=2), 1000), load(path, block_rows=1000))
+    assert_same(load(path, SequenceConfig(jobs=2), 1000), load(path, block_rows=1000))
 
 
 def test_rows_that_cannot_be_drawn_are_counted_as_without_blocks(tmp_path: Path) -> None:
@@ -98,14 +91,12 @@ def test_rows_that_cannot_be_drawn_are_counted_as_without_blocks(tmp_path: Path)
         load(scene)
 
 
-@pytest.mark.parametrize("suffix", [".compressed.ply", ".splat", ".spz", ".sog"])
+@pytest.mark.filterwarnings("ignore::brushgs.SceneWarning")  # .splat has no spherical harmonics
+@for_each("suffix", [".compressed.ply", ".splat", ".spz", ".sog"])
 def test_other_formats_and_several_files(path: Path, tmp_path: Path, suffix: str) -> None:
     parts = [path, tmp_path / f"half{suffix}"]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", bg.SceneWarning)  # .splat has no spherical harmonics
-        bg.save(PEARS, parts[1])
-    files = open_files(parts, None)
-    merged, notes = load_in_blocks(files, None, Budget(MEMORY), block_rows=2500)
+    bg.save(PEARS, parts[1])
+    merged, notes = load_in_blocks(open_files(parts, None), None, Budget(MEMORY), block_rows=2500)
     assert len(merged) <= MOST
     assert (notes.rows_read, len(notes.files)) == (2 * NUM, 2)
     plain = bg.render(bg.load(parts), CAMERA, "gaussian")
@@ -119,25 +110,15 @@ def test_strokes_are_never_merged_while_they_are_read(path: Path, tmp_path: Path
     assert len(load_scene(source, Report(), makes_strokes=True)[0]) > MOST
 
 
-@pytest.mark.parametrize("command", ["render", "cluster", "export"])
-def test_commands_say_that_it_was_done(
-    path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
-) -> None:
-    output = tmp_path / {"render": "a.png", "cluster": "a.ply", "export": "a.html"}[command]
-    words = [command, str(path), "--strokes", "200", "--memory", "100MB", "-o", str(output), "--json"]
-    words += [] if command == "cluster" else ["--look", "plain", "--size", "160x120"]
-    assert main(words) == 0
-    stages = json.loads(capsys.readouterr().out)["stages"]
-    (loaded,) = [stage for stage in stages if stage["name"] == "load"]
-    assert loaded["did"].startswith(f"{NUM:,} Gaussians, SH degree 3")
-    assert "strokes of them take 217 MB of memory, 100 MB may be used: read in blocks" in loaded["did"]
-    assert loaded["counts"]["memory"] == 10**8
-    assert output.stat().st_size > 1000
-
-
-def test_memory_that_is_no_size_is_refused(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["render", str(path), "--memory", "8"]) == 2
-    assert "must be a size above 0 such as 8GB or 500MB" in capsys.readouterr().err
+def test_commands_say_that_it_was_done(path: Path, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for command, output in (("render", "a.png"), ("cluster", "a.ply"), ("export", "a.html")):
+        words = [command, path, "--strokes", "200", "--memory", "100MB", "-o", output]
+        words += [] if command == "cluster" else ["--look", "plain", "--see", "off", "--size", "64x48"]
+        loaded = stages_of(capsys, *words)["load"]
+        assert loaded["did"].startswith(f"{NUM:,} Gaussians, SH degree 3")
+        assert "strokes of them take 217 MB of memory, 100 MB may be used: read in blocks" in loaded["did"]
+        assert loaded["counts"]["memory"] == 10**8
+        assert Path(output).stat().st_size > 1000
 
 
 LIMITED = """

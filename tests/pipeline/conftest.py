@@ -1,0 +1,3 @@
+"""Fixtures of this folder."""
+
+from tests.kit.commands import folder, scene  # noqa: F401
