@@ -35,6 +35,7 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.steps import making, opening
 from brushgs.pipeline.still import paint_file
+from brushgs.pipeline.strokes import open_palette
 from tests.kit.commands import save_opaque, stages
 from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same
@@ -217,3 +218,10 @@ def test_options_are_those_of_a_still_or_of_a_path(scene, stroke, along_path, lo
     assert (prepared.path is not None) is along_path
     assert prepared.painting.is_moving is along_path
     assert len(prepared.cameras) == (3 if along_path else 1)
+
+
+def test_a_palette_without_colours_is_refused(folder):
+    nothing = np.zeros((4, 4, 4), np.float32)
+    bg.save(bg.Frame(nothing[..., :3], nothing[..., 3], nothing[..., 3]), "clear.png")
+    with pytest.raises(bg.SceneError, match=r"clear\.png: has no colours to take"):
+        open_palette(PaletteConfig(Path("clear.png")), Report())
