@@ -87,13 +87,7 @@ def camera_file(
     Raises:
         SceneError: if there is no camera, or a view cannot be drawn or there are too many.
     """
-    if not cameras:
-        fact = f"{left_out[0]} must be a perspective one; export it again as such" if left_out else ""
-        raise SceneError(path, fact or "holds no camera; export it with its cameras")
-    if left_out:
-        message = f"{left_out[0]} is no perspective one and was left out"
-        more = f", as were {len(left_out) - 1} more" if len(left_out) > 1 else ""
-        warnings.warn(SceneWarning(f"{path}: {message}{more}"), stacklevel=4)
+    _check_found(path, cameras, left_out)
     moving = [camera for camera in cameras if camera.times is not None]
     chosen = (moving or cameras)[0]
     spans = [some.times for some in (chosen, scene) if some is not None and some.times is not None]
@@ -110,6 +104,17 @@ def camera_file(
     which = {0: "the", 1: "the animated"}.get(len(moving), f"the first of {len(moving)} animated cameras,")
     choice = f"{which} {chosen.name} of {len(cameras)}" if len(cameras) > 1 else ""
     return CameraFile(motion.views(max(round(num_steps), 1) + 1), fps=fps, motion=motion, choice=choice)
+
+
+def _check_found(path: Path, cameras: list[FoundCamera], left_out: Sequence[str]) -> None:
+    """Refuse a file without a camera, and warn of those that are left out."""
+    if not cameras:
+        fact = f"{left_out[0]} must be a perspective one; export it again as such" if left_out else ""
+        raise SceneError(path, fact or "holds no camera; export it with its cameras")
+    if left_out:
+        message = f"{left_out[0]} is no perspective one and was left out"
+        more = f", as were {len(left_out) - 1} more" if len(left_out) > 1 else ""
+        warnings.warn(SceneWarning(f"{path}: {message}{more}"), stacklevel=5)
 
 
 def _views(path: Path, found: FoundCamera, scene: FoundScene | None, times: F64) -> list[Camera]:

@@ -124,16 +124,14 @@ def open_scene(path: Path) -> SceneFile:
     if not splats:
         raise SceneError(path, _why_no_splats(file.top))
     packed = [scene for _, scene in found if scene is not None]
-    are_logs = any(scene is None and part.encoding.scales == "log" for part, scene in found)
     trainings = {scene.training for scene in packed} if len(packed) == len(splats) else set()
-    how = ", packed as SPZ" * bool(packed) + ", scales as logarithms" * are_logs
     open_rows = partial(rows_of_parts, splats, is_whole=bool(packed))
     rows = open_rows()
     growth = _MAX_GROWTH if packed else _MAX_PLAIN_GROWTH
     check_decoded_size(path, rows.num_rows, rows.num_terms, file.size, max_growth=growth)
     return SceneFile(
         path=path,
-        format=f"glTF with {EXTENSION}{how}",
+        format=f"glTF with {EXTENSION}{_packing(found)}",
         num_rows=rows.num_rows,
         num_terms=rows.num_terms,
         open_rows=open_rows,
@@ -142,6 +140,13 @@ def open_scene(path: Path) -> SceneFile:
         stored=stored,
         unknown=tuple(dict.fromkeys([*unknown, *(name for scene in packed for name in scene.unknown)])),
     )
+
+
+def _packing(found: list[tuple[Part, SceneFile | None]]) -> str:
+    """How the splats of a model are stored, where it is in no plain numbers."""
+    is_packed = any(scene is not None for _, scene in found)
+    are_logs = any(scene is None and part.encoding.scales == "log" for part, scene in found)
+    return ", packed as SPZ" * is_packed + ", scales as logarithms" * are_logs
 
 
 def _placed_meshes(file: _File) -> list[tuple[_Mesh, F64]]:
