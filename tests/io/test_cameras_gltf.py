@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from brushgs import SceneError, SceneWarning
 from brushgs.formats import load_cameras
+from brushgs.formats.cameras.animated import slerp
 from brushgs.formats.cameras.read import read_cameras
 from brushgs.formats.scenes.write import write_scene
 from brushgs.values.camera import FirstView
@@ -241,3 +242,11 @@ def test_a_camera_around_an_exported_scene_comes_back_in_its_coordinates(tmp_pat
     position, rotation = pose(camera)
     assert (np.linalg.norm(position), position @ up) == pytest.approx((14**0.5, 2))
     np.testing.assert_allclose(rotation[:, 1], up, atol=1e-6)
+
+
+def test_cameras_turn_the_shorter_way() -> None:
+    """Keys of equal rotations may have quaternions of other signs."""
+    first, second = np.array([[1.0, 0, 0, 0]]), np.array([[np.cos(0.3), 0, np.sin(0.3), 0]])
+    middle = np.array([[np.cos(0.15), 0, np.sin(0.15), 0]])
+    for sign in (1, -1):
+        np.testing.assert_allclose(slerp(first, sign * second, np.array([[0.5]])), middle, atol=1e-12)
