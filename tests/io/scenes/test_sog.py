@@ -3,6 +3,7 @@
 import json
 import struct
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import brushgs as bg
 from tests.io.scenes.sog_maker import files_of, make, webp, write_bundle, write_folder, zipped
 from tests.kit.for_each import for_each
 from tests.kit.refused import refuse, refuse_bytes
+from tests.scenes import still_life_of
 
 
 @for_each("version", [1, 2])
@@ -169,3 +171,11 @@ def test_members_at_fault_are_refused_and_nothing_of_them_stays_on_the_disk(tmp_
         content = zipped(files | {name: files[name] + bytes(size)}, zipfile.ZIP_DEFLATED)
         refuse_bytes(path, content, f"its member '{name}' must have at most {most} MiB, got more")
     assert list((tmp_path / "temporary").iterdir()) == []
+
+
+def test_few_sizes_above_one_are_kept_exactly(tmp_path):
+    """Fewer levels than a palette holds are padded in order, so that values are still found in it."""
+    scene = still_life_of(1000)
+    sizes = np.tile(np.exp([1.0, 2.0, 3.0]).astype(np.float32), (len(scene), 1))
+    bg.save(replace(scene, scales=sizes, sh=scene.sh[:, :1]), tmp_path / "few.sog")
+    np.testing.assert_allclose(bg.load(tmp_path / "few.sog").scales, sizes, rtol=1e-6)
