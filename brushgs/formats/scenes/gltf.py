@@ -115,17 +115,17 @@ def open_scene(path: Path) -> SceneFile:
     meshes = _placed_meshes(file)
     notes = file.top.extras.get(NOTES) if isinstance(file.top.extras, dict) else None
     stored, is_ours = read_notes(path, notes, [matrix for _, matrix in meshes])
-    found = [
+    parts = (
         _open_splats(file, primitive, np.eye(4) if is_ours else matrix, unknown, opened)
         for mesh, matrix in meshes
         for primitive in mesh.splats
-    ]
-    splats = [part for part, _ in found if part.num_rows]
-    if not splats:
+    )
+    found = [(part, scene) for part, scene in parts if part.num_rows]
+    if not found:
         raise SceneError(path, _why_no_splats(file.top))
     packed = [scene for _, scene in found if scene is not None]
-    trainings = {scene.training for scene in packed} if len(packed) == len(splats) else set()
-    open_rows = partial(rows_of_parts, splats, is_whole=bool(packed))
+    trainings = {scene.training for scene in packed} if len(packed) == len(found) else set()
+    open_rows = partial(rows_of_parts, [part for part, _ in found], is_whole=bool(packed))
     rows = open_rows()
     growth = _MAX_GROWTH if packed else _MAX_PLAIN_GROWTH
     check_decoded_size(path, rows.num_rows, rows.num_terms, file.size, max_growth=growth)
