@@ -124,7 +124,6 @@ def open_scene(path: Path) -> SceneFile:
     if not found:
         raise SceneError(path, _why_no_splats(file.top))
     packed = [scene for _, scene in found if scene is not None]
-    trainings = {scene.training for scene in packed} if len(packed) == len(found) else set()
     open_rows = partial(rows_of_parts, [part for part, _ in found], is_whole=bool(packed))
     rows = open_rows()
     growth = _MAX_GROWTH if packed else _MAX_PLAIN_GROWTH
@@ -136,7 +135,7 @@ def open_scene(path: Path) -> SceneFile:
         num_terms=rows.num_terms,
         open_rows=open_rows,
         up=None if is_ours else "+y",  # by the standard of glTF, which every viewer follows
-        training=_training(stored, trainings),
+        training=_training(stored, packed if len(packed) == len(found) else []),
         stored=stored,
         unknown=tuple(dict.fromkeys([*unknown, *(name for scene in packed for name in scene.unknown)])),
     )
@@ -163,10 +162,11 @@ def _placed_meshes(file: _File) -> list[tuple[_Mesh, F64]]:
     return placed
 
 
-def _training(stored: Stored, trainings: set[Training]) -> Training:
+def _training(stored: Stored, packed: list[SceneFile]) -> Training:
     """How splats were trained: by our notes, or as all say that are packed."""
     if stored.antialiased:
         return "antialiased"
+    trainings = {scene.training for scene in packed}
     return trainings.pop() if len(trainings) == 1 else "default"
 
 
