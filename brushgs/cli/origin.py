@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 from brushgs.cli.parser import command_parser
 from brushgs.cli.words import NOT_PAINTED, pieces_of
 from brushgs.errors import SceneError
-from brushgs.formats.pictures.shot import without_folders
+from brushgs.values.shot import without_folders
 
 if TYPE_CHECKING:
-    from brushgs.formats.pictures.shot import Origin
+    from brushgs.values.shot import Origin
 
 # `dest` of flags that do not change the picture.
 NOT_RECORDED = NOT_PAINTED | {"views", "explain", "sheet"}
@@ -48,8 +48,8 @@ def command_of(args: Namespace) -> str:
 
 def origin_of(args: Namespace, inputs: Iterable[Path] = ()) -> "Origin":
     """How what a command paints comes about; `inputs` are the files that it reads, or names of none."""
-    from brushgs.formats.pictures.shot import Origin
     from brushgs.pipeline.outputs import digest_of
+    from brushgs.values.shot import Origin
 
     return Origin(command_of(args), digest_of(inputs))
 

@@ -5,7 +5,6 @@ from pathlib import Path
 from brushgs.brushes.brush_set import name_of
 from brushgs.formats import save
 from brushgs.formats.moving.write import NAME
-from brushgs.formats.pictures.shot import Origin
 from brushgs.formats.registry import SCENE_SUFFIXES, VIDEO_SUFFIXES
 from brushgs.options.choices import MOMENTS_PER_SECOND
 from brushgs.options.painting import PaintConfig
@@ -17,6 +16,7 @@ from brushgs.pipeline.still import paint_file
 from brushgs.pipeline.strokes import file_size, write_scene
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.still_life.moving import SECONDS, seen_from, still_life_moving
+from brushgs.values.shot import Origin
 
 SCENE_NAME = "still_life.ply"
 CLIP_NAME = "still_life_moving"

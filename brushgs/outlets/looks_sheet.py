@@ -14,8 +14,6 @@ import numpy as np
 from brushgs.errors import SceneWarning
 from brushgs.formats.files import scratch_folder
 from brushgs.formats.pictures.images import read_image, write_frame
-from brushgs.formats.pictures.letters import BOLD, Words, shortened, with_words
-from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.registry import PICTURE_SUFFIXES
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
@@ -25,10 +23,12 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_file
 from brushgs.pipeline.strokes import write_scene
 from brushgs.pipeline.views_sheet import FADED, GAP, INK, PAPER
+from brushgs.rendering.letters import BOLD, Words, shortened, with_words
 from brushgs.still_life import still_life, still_life_camera
 from brushgs.values.arrays import F32
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
+from brushgs.values.shot import Origin, Shot
 
 COLUMNS = 4
 CELL = (640, 480)  # pixels of a picture: strokes are visible from this size

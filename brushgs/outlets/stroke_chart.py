@@ -8,15 +8,15 @@ from brushgs.brushes.builtin import StrokeNotes, stroke_notes
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import write_frame
-from brushgs.formats.pictures.letters import shortened
-from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.registry import PICTURE_SUFFIXES
 from brushgs.pipeline.outputs import check_output
+from brushgs.rendering.letters import shortened
 from brushgs.rendering.rasterize import rasterize
 from brushgs.values.arrays import F32
 from brushgs.values.boxes import Boxes
 from brushgs.values.colors import rgb_of
 from brushgs.values.frame import Frame
+from brushgs.values.shot import Origin, Shot
 
 COLUMNS = 4
 CELL = 330, 250  # width and height, pixels

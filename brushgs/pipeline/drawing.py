@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     from brushgs.brushes.brush_set import Brushes, BrushSet, Sigmas
     from brushgs.brushes.kit import BrushKit
     from brushgs.formats.pictures.oiio import Strips
-    from brushgs.formats.pictures.shot import Shot
     from brushgs.rendering.canvas import Canvas, Painting
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.options import RenderOptions
     from brushgs.rendering.relief import Relief
     from brushgs.rendering.wanted import Wanted
+    from brushgs.values.shot import Shot
 
 NOTHING_SEEN = "no stroke is in the picture; check that the camera and the scene belong together"
 CURE = "run `brushgs doctor` on the scene, its file may encode opacities in another way"

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.registry import holds_depth
 from brushgs.options.output import OutputConfig
 from brushgs.pipeline.background import Background, cut_background
@@ -16,6 +15,7 @@ from brushgs.rendering.project import Directions
 from brushgs.rendering.wanted import Following, Wanted
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
+from brushgs.values.shot import Origin, Shot
 
 if TYPE_CHECKING:
     from brushgs.formats.pictures.oiio import Pixels

@@ -14,12 +14,12 @@ from brushgs.brushes.texture import brush_of_style
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.files import exists, is_dir, is_plain, open_plain
 from brushgs.formats.pictures.encoding import choose_encoding
-from brushgs.formats.pictures.shot import Origin
 from brushgs.formats.registry import PICTURE_SUFFIXES, holds_depth, is_drawing, is_layered, is_written
 from brushgs.options.output import OutputConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.pipeline.background import TRANSPARENT
+from brushgs.values.shot import Origin
 
 _PIECE, _MOST_PIECES = 1 << 14, 1 << 12  # bytes per piece, and number of pieces, read for a digest
 

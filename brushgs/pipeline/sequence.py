@@ -24,7 +24,6 @@ from brushgs.errors import SceneWarning
 from brushgs.formats.pictures.encoding import choose_encoding, codec_of
 from brushgs.formats.pictures.metadata import metadata_text
 from brushgs.formats.pictures.numbered import Manifest, NumberedFiles
-from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.pictures.video import check_rate, check_size, open_video, padded_size
 from brushgs.formats.registry import PICTURE_SUFFIXES
 from brushgs.options.clip import ClipConfig
@@ -53,6 +52,7 @@ from brushgs.rendering.knots import MOST_TURN, MOST_WIDE_TURN, WIDE_STEP
 from brushgs.values.arrays import Array
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.shot import Origin, Shot
 
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath

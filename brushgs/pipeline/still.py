@@ -11,7 +11,6 @@ import numpy as np
 
 from brushgs.formats.pictures.metadata import write_sidecar
 from brushgs.formats.pictures.oiio import Strips
-from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.registry import (
     DRAWING_SUFFIXES,
     LAYERED_SUFFIXES,
@@ -46,6 +45,7 @@ from brushgs.rendering.wanted import NOTHING, Wanted
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.shot import Origin, Shot
 
 SPENT_OUTSIDE = "most lie outside: --strokes-for view spends all in this view"
 

@@ -20,8 +20,6 @@ from brushgs.cameras.framing import AXES, INSIDE_NEAR_SHARE, NEAR_SHARE, camera_
 from brushgs.cameras.framing import with_up as turned
 from brushgs.core.threads import at_most, num_threads_or_default
 from brushgs.errors import SceneWarning
-from brushgs.formats.pictures.letters import BOLD, Words, with_words
-from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.registry import PICTURE_SUFFIXES
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneFiles
@@ -31,10 +29,12 @@ from brushgs.pipeline.prepare import Prepared
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.strokes import load_scene, name_of
 from brushgs.pipeline.views import choose_first_view, doubt_in_words, in_doubt
+from brushgs.rendering.letters import BOLD, Words, with_words
 from brushgs.values.arrays import F32, F64
 from brushgs.values.camera import FirstView
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.shot import Origin, Shot
 
 if TYPE_CHECKING:
     from brushgs.first_view.walk import Stand

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from brushgs.formats.pictures.panorama import Panorama
 from brushgs.options.projection import ProjectionConfig
 from brushgs.rendering.canonical import directions_of
 from brushgs.rendering.wanted import NOTHING, Following, Wanted
 from brushgs.values.arrays import Array
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
+from brushgs.values.shot import Panorama
 
 if TYPE_CHECKING:
     from brushgs.rendering.canvas import Painting

@@ -8,9 +8,9 @@ import pytest
 
 from brushgs import Camera, Frame, SceneError
 from brushgs.formats.pictures.images import read_image, write_frame
-from brushgs.formats.pictures.shot import Shot
 from brushgs.values.colors import linear_from_srgb
 from brushgs.values.layers import Matte
+from brushgs.values.shot import Shot
 from tests.io.exr_reader import channels_of, read_header
 from tests.kit.for_each import for_each
 

@@ -13,8 +13,8 @@ from brushgs import Frame, SceneError
 from brushgs.formats.pictures.exr import cryptomatte
 from brushgs.formats.pictures.exr.cryptomatte import ids_of, is_long, manifest_of, murmur3, write_manifest
 from brushgs.formats.pictures.images import write_frame
-from brushgs.formats.pictures.shot import Shot
 from brushgs.values.layers import Matte
+from brushgs.values.shot import Shot
 from tests.io.exr_reader import channels_of, read_header
 from tests.kit.for_each import for_each
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from brushgs import Camera, Frame
 from brushgs.formats.pictures.images import read_image, write_frame
-from brushgs.formats.pictures.shot import Shot
 from brushgs.values.layers import DeepSamples
+from brushgs.values.shot import Shot
 from tests.io.exr_reader import read_header
 from tests.kit.refused import refuse
 

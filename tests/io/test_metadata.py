@@ -13,10 +13,10 @@ from brushgs.formats.pictures.encoding import choose_encoding
 from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.formats.pictures.metadata import is_painted_by, metadata_text, read_metadata
 from brushgs.formats.pictures.oiio import video_pixels
-from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.pictures.video import open_video
 from brushgs.formats.registry import PICTURE_SUFFIXES, VIDEO_SUFFIXES, find_written
 from brushgs.values.frame import Frame
+from brushgs.values.shot import Origin, Shot
 from brushgs.version import __version__
 
 ORIGIN = Origin("brushgs render 'größe 1.ply' --look ink", "digest 0a")

@@ -6,10 +6,10 @@ import OpenImageIO
 import pytest
 
 from brushgs.formats.pictures.images import read_image, write_frame
-from brushgs.formats.pictures.panorama import Panorama, mark_video
-from brushgs.formats.pictures.shot import Shot
+from brushgs.formats.pictures.panorama import mark_video
 from brushgs.formats.pictures.video import open_video
 from brushgs.values.frame import Frame
+from brushgs.values.shot import Panorama, Shot
 from tests.kit.for_each import for_each
 
 SPHERE, HALVES = Panorama(360), Panorama(180, "side")

@@ -11,7 +11,6 @@ from PIL import Image
 import brushgs as bg
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.pictures.metadata import read_metadata
-from brushgs.formats.pictures.shot import Origin
 from brushgs.formats.pictures.svg import write_svg
 from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
@@ -19,6 +18,7 @@ from brushgs.options.rules import Rule, Rules
 from brushgs.options.where import Where
 from brushgs.pipeline.still import paint_file
 from brushgs.values.paths import Path2D, PathGroup, Paths
+from brushgs.values.shot import Origin
 from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 

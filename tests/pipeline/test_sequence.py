@@ -14,7 +14,6 @@ from brushgs.cameras.paths import plan_path
 from brushgs.formats import read_scene
 from brushgs.formats.pictures.images import encode_frame, read_image
 from brushgs.formats.pictures.numbered import Manifest
-from brushgs.formats.pictures.shot import Shot
 from brushgs.options.look_parts import ColorConfig, LightConfig
 from brushgs.options.painting import (
     ClusterConfig,
@@ -36,6 +35,7 @@ from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
+from brushgs.values.shot import Shot
 from tests.kit.commands import names, stages
 from tests.kit.for_each import for_each
 

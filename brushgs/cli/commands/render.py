@@ -26,10 +26,10 @@ from brushgs.options.table import OF_FILES, Options, option, share
 VIEW = {"size": "auto"}  # the defaults of this command
 
 if TYPE_CHECKING:
-    from brushgs.formats.pictures.shot import Origin
     from brushgs.options.painting import PaintConfig
     from brushgs.options.scene_source import SceneSource
     from brushgs.options.sequence import SequenceConfig
+    from brushgs.values.shot import Origin
 
 
 class Own(Options, frozen=True):

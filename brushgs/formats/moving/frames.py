@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import NoGaussiansError, SceneError, SceneWarning
 from brushgs.formats.files import check_plain, is_dir
-from brushgs.formats.moving.kept import NO_ROWS, Kept, Moments, are_in_one_place, have_same_rows, keep_rows
+from brushgs.formats.moving.kept import NO_ROWS, Kept, Moments, keep_rows
 from brushgs.formats.registry import formats_of, suffixes_of
 from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding
 from brushgs.formats.scenes.open_file import (
@@ -44,6 +44,7 @@ from brushgs.formats.scenes.rows import SceneFile
 from brushgs.options.choices import MOMENTS_PER_SECOND
 from brushgs.options.scene_source import SceneSource
 from brushgs.values.arrays import F64
+from brushgs.values.correspondence import are_in_one_place, have_same_rows
 from brushgs.values.gaussians import SH_TERMS, Gaussians
 from brushgs.values.moving import MovingScene
 from brushgs.values.notes import LoadNotes

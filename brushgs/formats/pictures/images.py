@@ -22,12 +22,12 @@ from brushgs.formats.files import open_plain, scratch_folder
 from brushgs.formats.format import NUM_FIRST_BYTES, Format
 from brushgs.formats.pictures.encoding import check_bits
 from brushgs.formats.pictures.oiio import Background, Strips, first_line
-from brushgs.formats.pictures.shot import Shot
 from brushgs.formats.registry import PICTURE_SUFFIXES, PICTURES_READ, find_read, find_written, function_of
 from brushgs.options.choices import FileSpace
 from brushgs.values.arrays import F32, Array, check
 from brushgs.values.colors import srgb_from_linear
 from brushgs.values.frame import Frame
+from brushgs.values.shot import Shot
 
 if TYPE_CHECKING:
     import OpenImageIO

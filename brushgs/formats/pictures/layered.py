@@ -17,11 +17,11 @@ from brushgs.errors import SceneError
 from brushgs.formats.files import replacing, scratch_folder
 from brushgs.formats.pictures.images import MAX_PIXELS, check_pixels, encode_frame, read_image, resize
 from brushgs.formats.pictures.oiio import Background
-from brushgs.formats.pictures.shot import Shot
 from brushgs.formats.zip_file import open_zip, read_member
 from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.frame import Frame
 from brushgs.values.sheets import LEAST, Sheet
+from brushgs.values.shot import Shot
 
 MIME = "image/openraster"
 LAYERED_READ = (".ora", ".psd")

@@ -16,9 +16,9 @@ from brushgs.errors import SceneError
 from brushgs.formats.files import check_plain, exists, read_whole, replacing, scratch_folder
 from brushgs.formats.pictures.encoding import INSTALL_PYAV
 from brushgs.formats.pictures.images import MAX_PIXELS, find_format, suffixed
-from brushgs.formats.pictures.shot import Origin, Shot
 from brushgs.formats.registry import VIDEO_FORMATS, by_suffix, find_written, is_drawing
 from brushgs.values.camera import Camera
+from brushgs.values.shot import Origin, Shot
 from brushgs.version import __version__
 
 DESCRIPTION = "ImageDescription"  # of OpenImageIO

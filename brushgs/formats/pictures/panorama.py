@@ -11,11 +11,11 @@ import shutil
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from brushgs.formats.files import replacing
+from brushgs.values.shot import Panorama
 
 _SPACE = "http://ns.google.com/photos/1.0/panorama/"
 _PNG_HEAD = 33  # bytes of the signature and the first chunk, IHDR
@@ -25,50 +25,34 @@ _STEREO_MODES = {None: 0, "top": 1, "side": 2}
 MATROSKA_MODES = {"side": "left_right", "top": "top_bottom"}
 
 
-@dataclass(frozen=True)
-class Panorama:
-    """How a picture lies on a sphere, and where its eyes are.
+def panorama_tags(panorama: Panorama, width: int, height: int) -> dict[str, Any]:
+    """The tags of a picture, as attributes of OpenImageIO; none if they cannot say what it is."""
+    if not panorama.is_photo_sphere:
+        return {}
+    named: dict[str, Any] = {"ProjectionType": "equirectangular", "UsePanoramaViewer": "True"}
+    named |= {"CroppedAreaImageWidthPixels": width, "CroppedAreaImageHeightPixels": height}
+    named |= {"FullPanoWidthPixels": width, "FullPanoHeightPixels": height}
+    named |= {"CroppedAreaLeftPixels": 0, "CroppedAreaTopPixels": 0}
+    return {f"GPano:{name}": value for name, value in named.items()}
 
-    Attributes:
-        degrees: width of the picture of one eye: 360, 180, or None for a perspective picture.
-        eyes: None for one; "side": the left one left; "top": the left one above.
-    """
 
-    degrees: Literal[360, 180] | None = None
-    eyes: Literal["side", "top"] | None = None
-
-    @property
-    def is_photo_sphere(self) -> bool:
-        """Whether the tags of pictures can say what it is: these know one eye."""
-        return self.degrees == 360 and self.eyes is None
-
-    def tags(self, width: int, height: int) -> dict[str, Any]:
-        """The tags of a picture, as attributes of OpenImageIO; none if they cannot say what it is."""
-        if not self.is_photo_sphere:
-            return {}
-        named: dict[str, Any] = {"ProjectionType": "equirectangular", "UsePanoramaViewer": "True"}
-        named |= {"CroppedAreaImageWidthPixels": width, "CroppedAreaImageHeightPixels": height}
-        named |= {"FullPanoWidthPixels": width, "FullPanoHeightPixels": height}
-        named |= {"CroppedAreaLeftPixels": 0, "CroppedAreaTopPixels": 0}
-        return {f"GPano:{name}": value for name, value in named.items()}
-
-    def boxes(self) -> bytes:
-        """The boxes of the entry of a video codec."""
-        boxes = b""
-        if self.eyes is not None or self.degrees is not None:
-            boxes += _box(b"st3d", bytes(4) + bytes([_STEREO_MODES[self.eyes]]))
-        if self.degrees is not None:
-            cut = 1 << 30 if self.degrees == 180 else 0  # a quarter of the sphere, of 2^32
-            pose = _box(b"prhd", bytes(4) + struct.pack(">iii", 0, 0, 0))
-            bounds = _box(b"equi", bytes(4) + struct.pack(">IIII", 0, 0, cut, cut))
-            source = _box(b"svhd", bytes(4) + b"brushgs\0")
-            boxes += _box(b"sv3d", source + _box(b"proj", pose + bounds))
-        return boxes
+def _video_boxes(panorama: Panorama) -> bytes:
+    """The boxes of the entry of a video codec."""
+    boxes = b""
+    if panorama.eyes is not None or panorama.degrees is not None:
+        boxes += _box(b"st3d", bytes(4) + bytes([_STEREO_MODES[panorama.eyes]]))
+    if panorama.degrees is not None:
+        cut = 1 << 30 if panorama.degrees == 180 else 0  # a quarter of the sphere, of 2^32
+        pose = _box(b"prhd", bytes(4) + struct.pack(">iii", 0, 0, 0))
+        bounds = _box(b"equi", bytes(4) + struct.pack(">IIII", 0, 0, cut, cut))
+        source = _box(b"svhd", bytes(4) + b"brushgs\0")
+        boxes += _box(b"sv3d", source + _box(b"proj", pose + bounds))
+    return boxes
 
 
 def tag_png(path: Path, panorama: Panorama, width: int, height: int) -> None:
     """Add the tags to a PNG, if there are any, as the text chunk that XMP asks for."""
-    if not (tags := panorama.tags(width, height)):
+    if not (tags := panorama_tags(panorama, width, height)):
         return
     words = " ".join(f'{name}="{value}"' for name, value in tags.items())
     packet = (
@@ -89,7 +73,7 @@ def mark_video(path: Path, panorama: Panorama) -> None:
 
     Raises ValueError if the file has no video, or its index is damaged.
     """
-    boxes = panorama.boxes()
+    boxes = _video_boxes(panorama)
     with path.open("rb") as file:
         size = file.seek(0, os.SEEK_END)
         start, end = _find_index(file, size)

@@ -14,9 +14,9 @@ import numpy as np
 
 from brushgs.formats.files import open_plain, replacing
 from brushgs.formats.pictures.metadata import metadata_text
-from brushgs.formats.pictures.shot import Shot
 from brushgs.values.arrays import F64
 from brushgs.values.paths import Path2D, PathGroup, Paths
+from brushgs.values.shot import Shot
 
 TENTHS = 10  # coordinates are rounded to tenths of a pixel
 MOST_GRADIENTS, COLOR_STEPS = 400, (255, 63, 31, 15, 6)  # of soft ellipses: one for each of their colours

@@ -14,11 +14,12 @@ from brushgs.formats.files import replacing
 from brushgs.formats.pictures.encoding import choose_encoding, codec_of, frame_rate, video_format_of
 from brushgs.formats.pictures.libav import OF_QUICKTIME, Film, VideoWriter, as_scene_error
 from brushgs.formats.pictures.oiio import Background, video_pixels
-from brushgs.formats.pictures.panorama import Panorama, mark_video
+from brushgs.formats.pictures.panorama import mark_video
 from brushgs.formats.registry import VIDEO_SUFFIXES, function_of
 from brushgs.values.arrays import Array
 from brushgs.values.colors import rgb_of
 from brushgs.values.frame import Frame
+from brushgs.values.shot import Panorama
 
 
 def check_rate(path: Path, fps: float) -> None:

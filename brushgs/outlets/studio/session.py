@@ -17,8 +17,6 @@ from typing import TYPE_CHECKING, Any
 from brushgs.brushes.builtin import stroke_notes
 from brushgs.errors import SceneError
 from brushgs.formats.marks import MARKS_SUFFIX
-from brushgs.formats.pictures.shot import Origin, without_folders
-from brushgs.formats.pictures.shot import Shot as PictureShot
 from brushgs.options.choices import LOOKS
 from brushgs.options.overpaint import OverpaintConfig
 from brushgs.options.painting import PaintConfig
@@ -36,6 +34,8 @@ from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Memory
 from brushgs.values.arrays import Rows
+from brushgs.values.shot import Origin, without_folders
+from brushgs.values.shot import Shot as PictureShot
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

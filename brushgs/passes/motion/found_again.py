@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.formats.moving.kept import between, unmoved
 from brushgs.passes.motion.appearance import Appearance, among, mutual_nearest
 from brushgs.passes.motion.match import COARSE, LOOKS_WEIGHT, Match, match
 from brushgs.passes.motion.matter import Matter
 from brushgs.rendering.motion import zeros_over_time
 from brushgs.values.arrays import F64, Rows
+from brushgs.values.correspondence import between, unmoved
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 

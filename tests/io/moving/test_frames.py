@@ -13,10 +13,10 @@ import brushgs as bg
 from brushgs.formats import read_scene
 from brushgs.formats.moving import load_moving, open_moving
 from brushgs.formats.moving.frames import Frames
-from brushgs.formats.moving.kept import have_same_rows
 from brushgs.formats.scenes.write import write_scene as save_scene
 from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
+from brushgs.values.correspondence import have_same_rows
 from tests.io.moving.frame_maker import columns_at, shuffled, write_frames
 from tests.io.ply_maker import decoded, scene_columns, write_scene
 from tests.kit.for_each import for_each

@@ -29,10 +29,10 @@ from brushgs.formats.pictures.exr.planes import (
 )
 from brushgs.formats.pictures.exr.spaces import DEFAULT, SPACES
 from brushgs.formats.pictures.oiio import NO_DATE, Background, not_written
-from brushgs.formats.pictures.shot import Shot
 from brushgs.options.choices import FileSpace
 from brushgs.values.frame import Frame
 from brushgs.values.layers import DeepSamples
+from brushgs.values.shot import Shot
 
 if TYPE_CHECKING:
     import OpenImageIO

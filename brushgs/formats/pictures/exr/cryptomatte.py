@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from brushgs.formats.files import replacing
 from brushgs.formats.pictures.exr.planes import Attribute, Plane, Rows
-from brushgs.formats.pictures.shot import Shot
 from brushgs.values.arrays import F32, Array
 from brushgs.values.frame import Frame
 from brushgs.values.layers import Matte
+from brushgs.values.shot import Shot
 
 Rank = tuple[NDArray[np.int32], F32]  # [H, W] row of the names, and how much of the pixel it covers
 MAX_INLINE = 1 << 16  # bytes of names that each picture of a film may well hold: of some 2000 strokes

@@ -17,12 +17,12 @@ from brushgs.formats.pictures.encoding import frame_rate
 from brushgs.formats.pictures.exr.spaces import SPACES, colors_in
 from brushgs.formats.pictures.metadata import metadata_text
 from brushgs.formats.pictures.oiio import Background
-from brushgs.formats.pictures.shot import Shot
 from brushgs.options.choices import FileSpace
 from brushgs.values.arrays import F32, Array
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.layers import Matte
+from brushgs.values.shot import Shot
 from brushgs.version import __version__
 
 Kind = Literal["string", "int", "float", "rational", "chromaticities", "m44f"]

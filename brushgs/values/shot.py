@@ -1,15 +1,15 @@
-"""What is known of a picture beside its pixels: OpenEXR holds all of it, see `metadata.py` for the others."""
+"""What is known of a picture beside its pixels.
+
+OpenEXR holds all of it; `brushgs.formats.pictures.metadata` says what the other formats hold.
+"""
 
 import re
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import TYPE_CHECKING
+from typing import Literal
 
 from brushgs.values.camera import Camera
 from brushgs.values.part import Part
-
-if TYPE_CHECKING:
-    from brushgs.formats.pictures.panorama import Panorama
 
 _FOLDERS = re.compile(r"[^,:()=]*[/\\]")  # of a file within a value such as mask:shots/a.png
 
@@ -27,6 +27,24 @@ class Origin:
     # files by their names, without folders
     command: str
     inputs: str = ""  # a digest of the files that it names
+
+
+@dataclass(frozen=True)
+class Panorama:
+    """How a picture lies on a sphere, and where its eyes are.
+
+    Attributes:
+        degrees: width of the picture of one eye: 360, 180, or None for a perspective picture.
+        eyes: None for one; "side": the left one left; "top": the left one above.
+    """
+
+    degrees: Literal[360, 180] | None = None
+    eyes: Literal["side", "top"] | None = None
+
+    @property
+    def is_photo_sphere(self) -> bool:
+        """Whether the tags of pictures can say what it is: these know one eye."""
+        return self.degrees == 360 and self.eyes is None
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +65,7 @@ class Shot:
     origin: Origin | None = None
     dpi: float | None = None  # pixels per inch on paper
     part: Part | None = None  # the part of the view of the camera that the picture is
-    panorama: "Panorama | None" = None  # of a sphere or of two eyes
+    panorama: Panorama | None = None  # of a sphere or of two eyes
 
     def __post_init__(self) -> None:
         if self.fps is not None and not 0 < self.fps < float("inf"):
