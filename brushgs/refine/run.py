@@ -7,7 +7,7 @@ stays. They are written as one scene file per moment.
 """
 
 import importlib.util
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -31,14 +31,14 @@ from brushgs.pipeline.strokes import name_of, open_palette, recolor_scene
 from brushgs.pipeline.where import rows_where
 from brushgs.refine.checkpoint import Checkpoint, describe_fit
 from brushgs.refine.mix_styles import open_styles
-from brushgs.refine.painting_style import PaintingStyle, at_size, is_style
-from brushgs.refine.report import Refinement, RefineReport, write_plot
-from brushgs.values.arrays import F64, Array, Mask
+from brushgs.refine.painting_style import PaintingStyle, is_style
+from brushgs.refine.report import RefineReport, write_plot
+from brushgs.values.arrays import Array, Mask
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
-    from brushgs.refine.fit import Drawing, FitSchedule
+    from brushgs.refine.fit import Drawing
     from brushgs.refine.targets import TargetView
 
 NUM_VALIDATION_VIEWS = 6
@@ -109,26 +109,18 @@ def refine_file(
     shown_at = _shown_over_time(prepared, gaussians, paint)
     prepared, moves, is_laid = _in_style(prepared, moves, learnt, shown_at, paint, config, output, report)
     from brushgs.refine.fit import FitSchedule
+    from brushgs.refine.refine_strokes import StyleTarget, refine_strokes
+    from brushgs.refine.variables import Variables
 
     strokes, drawing = prepared.strokes, _drawing(prepared)
+    target = None if learnt is None else StyleTarget(learnt.painting, is_laid)
     fit = describe_fit(scene, paint, config, prepared, gaussians, up_text(view.up))
     with _resumable(Checkpoint(checkpoint_of(output), fit), config, report) as checkpoint:
-        training_views, validation_views = _target_views(prepared, shown_at, config, report)
+        views = _target_views(prepared, shown_at, config, report)
         schedule = FitSchedule(config.most_steps, seed=config.seed, checkpoint=checkpoint)
         shares = rates_of_rows(strokes, view, config, report)
-        refined = refine_strokes(
-            strokes,
-            training_views,
-            validation_views,
-            drawing,
-            schedule,
-            config,
-            report,
-            moves=moves,
-            painting=None if learnt is None else learnt.painting,
-            is_laid=is_laid,
-            shares=shares,
-        )
+        variables = Variables(strokes, config.params, moves, shares)
+        refined = refine_strokes(variables, views, drawing, schedule, config, report, target)
         report.settings = _settings(scene, paint, config, view)
         # First, so that a failing plot does not lose it.
         write_strokes(refined, prepared, output, name, report)
@@ -158,105 +150,6 @@ def _drawing(prepared: Prepared) -> "Drawing":
     moving = prepared.moving
     motion, takes_light = (None, True) if moving is None else (moving.motion, moving.takes_light)
     return Drawing.of(prepared.texture, prepared.options, motion, takes_light=takes_light)
-
-
-def refine_strokes(
-    strokes: Gaussians,
-    training_views: "Sequence[TargetView]",
-    validation_views: "Sequence[TargetView]",
-    drawing: "Drawing",
-    schedule: "FitSchedule",
-    config: RefineConfig,
-    report: RefineReport,
-    *,
-    moves: Mask | None = None,
-    painting: Array | None = None,
-    is_laid: bool = False,
-    shares: F64 | None = None,
-) -> Gaussians:
-    """Refine strokes toward the plain picture, or toward a style image, as one stage of a report.
-
-    `moves` [N] is a mask of strokes that may change, None for all; `painting` is the opened `config.style`,
-    None to open it here; `is_laid`: strokes are already laid as its marks; `shares` [N] are factors on the
-    learning rates of each stroke, None for 1. The figures become `report.result`.
-    """
-    from brushgs.refine.distil import distil, mean_psnr
-    from brushgs.refine.variables import Rates, Variables
-
-    with report.stage("refine", total=schedule.steps, unit="steps") as stage:
-        moves = np.ones(len(strokes), bool) if moves is None else moves
-        variables = Variables(strokes, config.params, moves, shares)
-        before = mean_psnr(strokes, validation_views, drawing)
-        resumed_from = None if schedule.checkpoint is None else schedule.checkpoint.step
-
-        def on_step(score: float) -> None:
-            report.advance(f"{score:.2f} dB")
-
-        if config.style is None:
-            schedule = replace(schedule, rates=Rates().times(config.parameter_rates))
-            refined, curve = distil(variables, training_views, validation_views, drawing, schedule, on_step)
-        else:
-            from brushgs.refine.style import EVALUATIONS, LAID_RATES, RATES, style_of, stylise
-
-            if painting is None:
-                painting = open_styles(config.style).painting
-            shorter = min(training_views[0].alpha.shape)
-            style = style_of(
-                at_size(painting, shorter),
-                config.weights,
-                schedule.seed,
-                kind=config.style_loss,
-                layers=config.style_layers,
-            )
-            rates = (LAID_RATES if is_laid else RATES).times(config.parameter_rates)
-            refined, curve = stylise(
-                variables,
-                training_views,
-                validation_views,
-                style,
-                painting,
-                drawing,
-                replace(schedule, rates=rates, evaluations=EVALUATIONS),
-                on_step=on_step,
-            )
-        after = mean_psnr(refined, validation_views, drawing)
-        stage.did = (
-            f"{int(moves.sum()):,} strokes, {config.params}: {before:.2f} to {after:.2f} dB to the plain "
-            f"picture in {len(validation_views)} other views; {curve.stopped}"
-        )
-        if resumed_from is not None:
-            stage.did += f"; resumed from step {resumed_from:,}"
-        if config.style is not None:
-            decrease = 1 - 10 ** (-(max(curve.scores) - curve.scores[0]) / 10)
-            stage.did += f"; the loss to {_names(config.style)} fell by {decrease:.0%}"
-        report.result = Refinement(
-            config.params,
-            len(strokes),
-            int(moves.sum()),
-            before,
-            after,
-            curve.stopped,
-            config.style is not None,
-            tuple(curve.steps),
-            tuple(curve.seconds),
-            tuple(curve.losses),
-            tuple(curve.scores),
-        )
-        stage.counts = _counts(report.result)
-        if not moves.all():
-            stage.skipped.append(f"{int((~moves).sum()):,} strokes outside {config.where}: not touched")
-    return refined
-
-
-def _counts(result: Refinement) -> dict[str, Any]:
-    """The figures of a stage."""
-    figures = result.as_dict()
-    counts = {name: figures[name] for name in ("params", "moved", "psnr_before", "psnr_after", "stopped")}
-    return counts | {f"curve_{name}": figures[name] for name in ("steps", "seconds", "losses", "scores")}
-
-
-def _names(style: StyleConfig) -> str:
-    return ", ".join(file.name for file in style.files)
 
 
 def _palette_of(style: StyleConfig, learnt: PaintingStyle, output: Path) -> PaletteConfig:

@@ -11,7 +11,7 @@ import brushgs as bg
 from brushgs.cameras.first_view import framed_camera, sayable
 from brushgs.cameras.framing import plain_first_view
 from brushgs.first_view import find_first_view
-from brushgs.formats.pictures import letters
+from brushgs.rendering import letters
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.painting import ViewConfig
 from brushgs.pipeline import views_sheet
