@@ -11,7 +11,6 @@ import brushgs as bg
 from brushgs.cameras.first_view import framed_camera, sayable
 from brushgs.cameras.framing import plain_first_view
 from brushgs.first_view import find_first_view
-from brushgs.rendering import letters
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.painting import ViewConfig
 from brushgs.pipeline import views_sheet
@@ -23,6 +22,7 @@ from brushgs.pipeline.views_sheet import (
     sheet_beside,
     write_sheet,
 )
+from brushgs.rendering import letters
 from tests.first_view.made_walks import street
 from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
