@@ -1,7 +1,7 @@
-"""Files become Gaussians, cameras and stroke images; Gaussians and frames become files.
+"""Read and write files: Gaussians, cameras, stroke images and frames.
 
-The formats stand in one table, `table.py`; `registry.py` finds the one of a file. This package imports
-nothing heavy before a file is read or written, so help texts can use the table.
+`table.py` lists the formats; `registry.py` finds the format of a file. This package imports nothing heavy
+before a file is read or written, so help texts can use the table.
 """
 
 from pathlib import Path
@@ -19,19 +19,20 @@ __all__ = ["load", "load_cameras", "read_scene", "save"]
 
 
 def load(path: "SceneFiles", encoding: "Encoding | None" = None, *, lod: int | None = None) -> "Gaussians":
-    """Read a trained 3D Gaussian scene; `read_scene` also returns what it found in its files.
+    """Read a trained 3D Gaussian scene; `read_scene` also returns notes on its files.
 
     Args:
-        path: a scene file, such as .ply, whose content decides the format, not its suffix; a folder that is a
-            scene or holds scene files; or several of these, which are joined in order. Of a moving scene,
-            such as files frame_000.ply, frame_001.ply, ..., the first moment: see `brushgs.load_moving`.
-        encoding: what its numbers mean; None for the standard layout. For files of other exporters
-            `brushgs.examine` and `brushgs doctor` detect it.
+        path: a scene file, such as .ply (its content decides the format, not its suffix); a folder that is a
+            scene or holds scene files; or several of these, which are joined in order. If the scene moves,
+            as files frame_000.ply, frame_001.ply, ... do, its first moment is read: see
+            `brushgs.load_moving`.
+        encoding: what the numbers mean; None for the standard layout. `brushgs.examine` and `brushgs doctor`
+            detect the encoding of files from other exporters.
         lod: level of detail of a scene that has several, from 0, the finest; None for the default of its
             format.
 
     Raises:
-        SceneError: if the file cannot be used; says why and what to do.
+        SceneError: if the file cannot be used; the message says why and what to do.
 
     Example:
         >>> bg.save(gaussians, "scene.ply")
@@ -47,10 +48,10 @@ def load(path: "SceneFiles", encoding: "Encoding | None" = None, *, lod: int | N
 def read_scene(
     path: "SceneFiles", encoding: "Encoding | None" = None, lod: int | None = None
 ) -> "tuple[Gaussians, LoadNotes]":
-    """Read a scene as `load` does. Takes and raises the same.
+    """Read a scene as `load` does, with the same arguments and errors.
 
     Returns:
-        The Gaussians as float32 in the order of the files, and notes on what these held.
+        The Gaussians as float32 in the order of the files, and notes on the content of the files.
     """
     from brushgs.formats.scenes import read
 
@@ -60,23 +61,24 @@ def read_scene(
 def load_cameras(path: str | Path) -> "list[Camera]":
     """Read cameras: `cameras.json`, `transforms.json`, a nerfstudio path, COLMAP, glTF or USD.
 
-    Of glTF and USD, a camera that is animated gives its frames, at 24 a second or the rate of the stage;
-    where none is, each gives a view. A node `brushgs_scene`, as exported files have it, says where the scene
-    stands.
+    An animated camera of a glTF or USD file gives one camera per frame, at 24 frames a second or at the rate
+    of the stage; if no camera is animated, each gives one view. A node `brushgs_scene`, which exported files
+    have, states where the scene is.
 
-    Lens distortion is ignored with one SceneWarning. Where `transforms.json` gives no size (`w`, `h`),
-    pictures are 800 x 800, the size of the NeRF-synthetic scenes, whose files omit it.
+    Lens distortion is ignored with one SceneWarning. If `transforms.json` gives no size (`w`, `h`), pictures
+    are 800 x 800, the size of the NeRF-synthetic scenes, whose files omit it.
 
     Args:
         path: a JSON, glTF or USD file (the last needs the package usd-core); or a COLMAP sparse model:
             its folder, one of its files (`images.bin`, `cameras.txt` ...), or a folder with it in `sparse/0`.
 
     Returns:
-        The cameras in the order of the file, those of COLMAP by image name, with the default near plane.
+        The cameras in the order of the file (COLMAP cameras sorted by image name), with the default near
+        plane.
 
     Raises:
-        SceneError: if the file is of no known format, or a field of a frame is missing or unusable;
-            names the frame and the field.
+        SceneError: if the format is unknown, or a field of a frame is missing or unusable; the message names
+            the frame and the field.
 
     Example:
         >>> from pathlib import Path
@@ -95,13 +97,13 @@ def save(value: "Gaussians | Frame", path: str | Path, *, background: str | None
     """Write Gaussians or a frame; the suffix decides the format, and the file appears when it is complete.
 
     Args:
-        value: what is written.
-        path: its name, see `brushgs.save`.
-        background: what a frame stands on, a colour by name or "#rrggbb"; None or "transparent" keeps its
-            transparency, but in formats that hold none it is on white.
+        value: the Gaussians or the frame.
+        path: the file, see `brushgs.save`.
+        background: colour behind a frame, by name or as "#rrggbb"; None or "transparent" keeps transparency,
+            or puts the frame on white if the format has no transparency.
 
     Raises:
-        TypeError: if `value` is something else.
+        TypeError: if `value` is neither Gaussians nor a Frame.
         ValueError: if the suffix does not suit the value, or the background is no colour.
         SceneError: if the file cannot be written.
     """

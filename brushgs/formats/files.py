@@ -1,8 +1,8 @@
-"""Files of users: opened if they are regular files and not too large, written completely or not at all.
+"""Open user files if they are regular and not too large; write files completely or not at all.
 
-Opening a pipe may block forever, a device such as /dev/zero never ends, and a file that is read at once must
-be small enough for that: so all readers open their files here. Output goes to a temporary name beside the
-target, and is renamed when complete. Folders of outputs are made when the first file is written into them.
+All readers open their files here, because opening a pipe may block forever, a device such as /dev/zero never
+ends, and a file that is read whole must be small enough. Output goes to a temporary name beside the target
+and is renamed when complete. An output folder is made when the first file is written into it.
 """
 
 import errno
@@ -19,17 +19,17 @@ from typing import Any, BinaryIO
 from brushgs.core.signals import defer_stop
 from brushgs.errors import SceneError
 
-_noting: list[set[Path]] = []  # of `noting_written`, all threads: pictures are written in several
+_noting: list[set[Path]] = []  # sets of open `noting_written` blocks, shared by all threads that write
 _FULL = {errno.ENOSPC, errno.EFBIG, *([errno.EDQUOT] if hasattr(errno, "EDQUOT") else [])}
 
 
 def open_plain(path: Path, what: str = "file", *, buffering: int = -1) -> BinaryIO:
-    """Open a regular file, or the one that a link leads to, at its first byte.
+    """Open a regular file, or the target of a link, at its first byte.
 
-    `what` is expected there, such as "scene file", for the messages; `buffering` is as in `open`.
+    `what` names the expected file in messages, such as "scene file"; `buffering` is as in `open`.
 
     Raises:
-        SceneError: if there is no such file, it is a folder, pipe or device, or may not be read.
+        SceneError: if the file does not exist, is a folder, pipe or device, or may not be read.
     """
     check_plain(path, what)
     try:
@@ -39,7 +39,7 @@ def open_plain(path: Path, what: str = "file", *, buffering: int = -1) -> Binary
 
 
 def check_plain(path: Path, what: str = "file") -> None:
-    """Refuse what `open_plain` would refuse, as far as is known without opening it. Raises the same."""
+    """Raise the errors of `open_plain` that can be detected without opening the file."""
     try:
         mode = path.stat().st_mode
     except OSError as error:
@@ -52,15 +52,15 @@ def check_plain(path: Path, what: str = "file") -> None:
         raise SceneError(path, "is a pipe or device, which cannot be read twice; save it to a file first")
 
 
-# These are False, and raise nothing, for a name that no file can have: `Path.is_file` and the like do.
+# For a name that no file can have, these return False, where `Path.is_file` and the like raise.
 is_plain, is_dir, exists = os.path.isfile, os.path.isdir, os.path.exists
 
 
 def find_within(folder: Path, name: str, named_by: Path) -> Path:
-    """The file of a name that the untrusted file `named_by` mentions, in a folder or in one inside that.
+    """The path of a file in or below `folder`, by a relative name found in the untrusted file `named_by`.
 
     Raises:
-        SceneError: if the name leads out of the folder; whether there is such a file is not checked.
+        SceneError: if the name leads out of the folder. It is not checked whether the file exists.
     """
     parts = PurePosixPath(name).parts
     is_inside = bool(parts) and not name.startswith("/") and ".." not in parts
@@ -73,11 +73,11 @@ def find_within(folder: Path, name: str, named_by: Path) -> Path:
 def read_whole(path: Path, most: int, what: str = "file") -> bytes:
     """The content of a regular file of at most `most` bytes.
 
-    Raises SceneError as `open_plain` does; or if it is larger, which is checked before it is read.
+    Raises SceneError as `open_plain` does, or if the file is larger; its size is checked before reading.
     """
     with open_plain(path, what) as file:
         try:
-            # One byte more than allowed: growing and some special files are longer than stated.
+            # Read one byte more than allowed: growing and some special files exceed their stated size.
             content = b"" if path.stat().st_size > most else file.read(most + 1)
             size = max(len(content), path.stat().st_size)
         except OSError as error:
@@ -89,9 +89,9 @@ def read_whole(path: Path, most: int, what: str = "file") -> bytes:
 
 
 def read_exactly(path: Path, file: BinaryIO, start: int, target: memoryview) -> None:
-    """Fill a buffer of bytes from byte `start` of an open file, which was known to be long enough.
+    """Fill a byte buffer from byte `start` of an open file whose size was checked before.
 
-    Raises SceneError if it became shorter in the meantime.
+    Raises SceneError if the file became shorter in the meantime.
     """
     file.seek(start)
     done = 0
@@ -103,7 +103,7 @@ def read_exactly(path: Path, file: BinaryIO, start: int, target: memoryview) -> 
 
 
 def _scene_error(path: Path, what: str, error: OSError) -> SceneError:
-    """An error of the file system in a sentence."""
+    """The SceneError for an error of the file system."""
     match error:
         case FileNotFoundError():
             return SceneError(path, f"there is no such {what.split()[-1]}; check the path")
@@ -116,7 +116,7 @@ def _scene_error(path: Path, what: str, error: OSError) -> SceneError:
 
 @contextmanager
 def noting_written() -> Iterator[set[Path]]:
-    """All files that are written within the block, completely: by `replacing` and `filling`."""
+    """Yield a set that collects the files completed within the block by `replacing` and `filling`."""
     written: set[Path] = set()
     _noting.append(written)
     try:
@@ -126,16 +126,16 @@ def noting_written() -> Iterator[set[Path]]:
 
 
 def note_written(*paths: Path) -> None:
-    """Let files be among those of `noting_written`, such as those that stand from an earlier run."""
+    """Add files to the sets of `noting_written`, such as files kept from an earlier run."""
     for written in _noting:
         written.update(path.absolute() for path in paths)
 
 
 @contextmanager
 def folder_made(folder: Path, path: str | Path) -> Iterator[None]:
-    """Make a missing folder, given absolutely, and those above it, for the output that `path` names.
+    """Make `folder` (an absolute path) and its missing parents; `path` names the output in messages.
 
-    They are removed, if empty, where the block raises. Raises SceneError if it cannot be made.
+    If the block raises, the made folders are removed if empty. Raises SceneError if one cannot be made.
     """
     missing = [one for one in (folder, *folder.parents) if not one.exists()]
     try:
@@ -154,16 +154,16 @@ def folder_made(folder: Path, path: str | Path) -> Iterator[None]:
 
 @contextmanager
 def replacing(path: str | Path, most: int = 0) -> Iterator[Path]:
-    """A temporary path to write to; it takes the name `path` when the block ends without an error.
+    """Yield a temporary path to write to; it is renamed to `path` when the block ends without an error.
 
-    The temporary file is in the same folder (a rename across file systems is a copy), which is made if it is
-    missing, and has the same suffix. If the block raises, it is removed and an earlier file at `path` is
-    untouched. A symbolic link stays one: the file it points to is replaced.
+    The temporary file has the same suffix and lies in the same folder (a rename across file systems is a
+    copy), which is made if missing. If the block raises, the temporary file is removed and an earlier file at
+    `path` is untouched. A symbolic link stays a link: its target is replaced.
 
     Args:
         path: the final name.
-        most: bytes that the disk must have room for before anything is written, for libraries that hang or
-            end the process where it is full.
+        most: bytes of disk space that must be free before anything is written, for libraries that hang or
+            end the process when the disk is full.
 
     Raises:
         SceneError: if the folder cannot be made or written to, if `path` is a folder or device, or if the
@@ -177,7 +177,7 @@ def replacing(path: str | Path, most: int = 0) -> Iterator[Path]:
     with folder_made(target.parent, path):
         cure = "choose another folder"
         try:
-            # Created here to get the permissions of a new file, and to detect an unusable folder early.
+            # Create it here to get the permissions of a new file, and to detect an unusable folder early.
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
             cure = "check the disk"
             _check_room(temporary, most)
@@ -185,7 +185,7 @@ def replacing(path: str | Path, most: int = 0) -> Iterator[Path]:
             temporary.replace(target)
             note_written(target)
         except BaseException as error:
-            with suppress(OSError):  # of a folder that cannot be used
+            with suppress(OSError):  # the folder may be unusable
                 temporary.unlink(missing_ok=True)
             if isinstance(error, OSError):
                 raise SceneError(path, f"cannot be written ({error.strerror}); {cure}") from error
@@ -193,7 +193,7 @@ def replacing(path: str | Path, most: int = 0) -> Iterator[Path]:
 
 
 def _check_room(file: Path, most: int) -> None:
-    """Raises OSError if a file cannot have so many bytes."""
+    """Raise OSError if the disk has no room for a file of `most` bytes."""
     if not hasattr(os, "posix_fallocate"):  # macOS and Windows
         if shutil.disk_usage(file.parent).free < most:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -202,17 +202,17 @@ def _check_room(file: Path, most: int) -> None:
             try:
                 os.posix_fallocate(target.fileno(), 0, most)
             except OSError as error:
-                if error.errno in _FULL:  # and not where a file system cannot tell
+                if error.errno in _FULL:  # other errors: the file system cannot tell
                     raise
             target.truncate(0)
 
 
 @contextmanager
 def scratch_folder() -> Iterator[Path]:
-    """A folder for temporary files, removed at the end: some libraries read and write named files only.
+    """Yield a temporary folder, removed at the end, for libraries that read and write named files only.
 
     Raises:
-        SceneError: if it cannot be made, or its disk is full.
+        SceneError: if the folder cannot be made, or its disk is full.
     """
     base = Path(tempfile.gettempdir())
     cure = "make room there, or set TMPDIR to another folder"
@@ -232,15 +232,16 @@ def scratch_folder() -> Iterator[Path]:
 
 @contextmanager
 def filling(folder: Path, goes: Callable[[Path], bool]) -> Iterator[Path]:
-    """A temporary folder; its files move into `folder` when the block ends without an error.
+    """Yield a temporary folder; its files move into `folder` when the block ends without an error.
 
-    It lies in `folder` and its name is hidden, so that readers pass over it, and that moving is renaming also
-    where `folder` is a disk of its own. If the block raises, it is removed, and `folder` is as it was.
+    The temporary folder lies inside `folder`, so that moving is renaming even if `folder` is a disk of its
+    own, and its name is hidden, so that readers skip it. If the block raises, it is removed and `folder` is
+    unchanged.
 
     Args:
-        folder: made if it is missing.
-        goes: whether a file that lies in `folder` before is removed: what has the name of a new file, and
-            what belongs to those that are replaced.
+        folder: the target, made if it is missing.
+        goes: whether an existing file in `folder` is removed: true for files with the name of a new file, and
+            for files that belong to replaced ones.
 
     Raises:
         SceneError: if the folder cannot be made or written to.
@@ -267,17 +268,19 @@ def filling(folder: Path, goes: Callable[[Path], bool]) -> Iterator[Path]:
             raise
 
 
-# A record of what is done, by which `--resume` knows what is left: JSON lines, a heading, then one a thing,
-# which is added when it is done: a run that is stopped loses nothing. The last line may be cut off.
-_RECORD_BYTES, _RECORD_LINES = 8 << 20, 200_000  # of a record; a path has at most 99,999 frames
+# A record of finished items, from which `--resume` finds the remaining ones: JSON lines, first a heading,
+# then one line for each item, added when the item is finished, so a stopped run loses nothing. The last line
+# may be cut off.
+_RECORD_BYTES, _RECORD_LINES = 8 << 20, 200_000  # limits of a record; a path has at most 99,999 frames
 
 
 def read_record(
     path: Path, key: str, fault: str, most: int = _RECORD_BYTES
 ) -> tuple[dict[str, Any], list[dict[str, Any]]] | None:
-    """What the heading of a record of `most` bytes holds under `key`, and its entries; None without a file.
+    """The object under `key` in the heading of a record, and its entries; None if the file does not exist.
 
-    Raises SceneError if it cannot be read, or with `fault` if it is something else.
+    Raises SceneError if the file cannot be read or has more than `most` bytes, or with the message `fault` if
+    it is no such record.
     """
     try:
         path.stat()
@@ -293,14 +296,14 @@ def read_record(
 
 
 def begin_record(path: Path, heading: Mapping[str, Any], entries: Iterable[Mapping[str, Any]]) -> None:
-    """Write a record anew. Raises SceneError if it cannot be written."""
+    """Start a new record. Raises SceneError if it cannot be written."""
     with replacing(path) as temporary:
         lines = [json.dumps(line) for line in (heading, *entries)]
         temporary.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
 
 
 def add_to_record(path: Path, entry: Mapping[str, Any]) -> None:
-    """Add a thing that is done. Raises SceneError if it cannot be written."""
+    """Append the line of a finished item. Raises SceneError if it cannot be written."""
     try:
         with path.open("a", encoding="utf-8") as record:
             record.write(f"{json.dumps(entry)}\n")
@@ -309,7 +312,7 @@ def add_to_record(path: Path, entry: Mapping[str, Any]) -> None:
 
 
 def _parsed(line: bytes) -> dict[str, Any]:
-    """The object of a line; an empty one where it is cut off, or no object."""
+    """The object of a line; an empty dict if the line is cut off or is no object."""
     try:
         value = json.loads(line)
     except (ValueError, RecursionError):

@@ -1,6 +1,6 @@
-"""What a file format is, and how its files are recognised: by bytes, name, fields, members.
+"""The description of a file format, and matchers that recognise its files: by bytes, name, fields, members.
 
-Help texts read the table that is made of these: so this imports nothing heavy.
+Help texts read the table of formats, so this module imports nothing heavy.
 """
 
 import math
@@ -15,11 +15,11 @@ from brushgs.formats.files import is_dir, is_plain
 
 NUM_FIRST_BYTES = 64  # enough to recognise a file by
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
-ZIP_BEGINNINGS = b"PK\x03\x04", b"PK\x05\x06"  # the latter of an empty archive
+ZIP_BEGINNINGS = b"PK\x03\x04", b"PK\x05\x06"  # the latter for an empty archive
 _MAX_JSON_BYTES = 1 << 25  # searched for keys
 _MAX_DIRECTORY_BYTES = 1 << 20  # at the end of a zip archive
-_MAX_HEADER = 1 << 20  # bytes of a PLY header, as `ply_header` reads it
-_PIECE = 1 << 14  # bytes read at a time: those of trainers have 2 KiB
+_MAX_HEADER = 1 << 20  # bytes of a PLY header, as in `ply_header`
+_PIECE = 1 << 14  # bytes of a header read at a time; headers by trainers have 2 KiB
 _PICKLES = b"\x80\x02\x8a\nl\xfc\x9cF", b"\x80\x02}", b"\x80\x04\x95", b"\x80\x05\x95"
 PICKLE_SUFFIXES = ".pth", ".pt", ".ckpt", ".pkl", ".pickle"
 COLMAP_FILES = tuple(
@@ -30,16 +30,16 @@ _ROW = struct.Struct("<6f4B4B")
 _MIN_ROWS = 8  # fewer may be plausible by chance
 _NUM_INSPECTED = 64  # rows, from the first to the last
 _LARGEST = 1e6  # of a coordinate or a scale; scenes in metres stay far below
-# Writers normalise rotations, then round them to steps of 1/128: in three files they are 0.986 to 1.015 long.
+# Writers normalise quaternions, then round them to steps of 1/128: in three files lengths are 0.986 to 1.015.
 _LENGTHS = 0.95, 1.05
 _KSPLAT = struct.Struct("<4s4IH")  # version, most sections, sections, most Gaussians, Gaussians, level
 _KSPLAT_VERSION = b"\0\1\0\0"
 _MAX_LEVEL = 2
-Matcher = Callable[[Path, bytes], bool]  # (path, first bytes; none of a folder) -> whether it is of a format
+Matcher = Callable[[Path, bytes], bool]  # (path, first bytes; empty for a folder) -> whether the format fits
 
 
 def any_of(*matchers: Matcher) -> Matcher:
-    """Recognises what one of several recognises."""
+    """Match files that any of the matchers accepts."""
     return lambda path, begin: any(matches(path, begin) for matches in matchers)
 
 
@@ -53,39 +53,40 @@ class Format(NamedTuple):
     """A file format.
 
     Attributes:
-        name: in words; of scenes and clips as a sentence has it after an article, "a PLY file".
-        kind: what its files hold; "clip" is a scene that moves.
-        suffixes: of its files, in lower case, the usual one first; none of a folder.
-        matches: whether a path with these first bytes is of this format; a folder has no first bytes. Guides
-            and styles go by their suffix, and cameras in JSON by `key`.
-        read: None if it is not read. A scene: `open_scene(path) -> SceneFile`, of one that `has_levels`
-            `open_scene(path, lod)`, the level or None for its default. A clip: `(path) -> MovingScene`. A
-            camera: `(path, content) -> CameraFile`, the content that of JSON, else None. Guides:
-            `(path, content) -> Guides`. A picture: `check(path, file, max_pixels)` before OpenImageIO decodes
-            it, where its decoder takes memory before it reports the size; "" if there is no need.
-        write: None if it is not written. A scene: `write_scene(gaussians, path, stored)`, which returns the
-            rows in the order of the file, None where that is theirs. A picture:
-            `(frame, path, background, **options)`, with `bits` where several are offered and `shot` where it
+        name: in words; for scenes and clips without the article, as in "a PLY file".
+        kind: what the files hold; "clip" is a moving scene.
+        suffixes: in lower case, the usual one first; empty for folders.
+        matches: whether a path with these first bytes has this format; a folder has no first bytes. Guides
+            and styles are found by suffix instead, and cameras in JSON by `key`.
+        read: None if the format is not read. Scenes: `open_scene(path) -> SceneFile`, or
+            `open_scene(path, lod)` if `has_levels`, with the level or None for the default. Clips:
+            `(path) -> MovingScene`. Cameras: `(path, content) -> CameraFile`, with the content of a JSON
+            file, else None. Guides: `(path, content) -> Guides`. Pictures: `check(path, file, max_pixels)`,
+            called before OpenImageIO decodes the file, for decoders that take memory before they report the
+            size; "" if no check is needed.
+        write: None if the format is not written. Scenes: `write_scene(gaussians, path, stored)`, which
+            returns the row numbers in the order of the file, or None if the order is unchanged. Pictures:
+            `(frame, path, background, **options)`, with `bits` if several are offered and `shot` if
             `holds_metadata`.
         note: which files of the format are read or written, for help texts.
-        cure: of what is not read, what to do instead: one clause.
-        package: that decodes or encodes it and may not be installed, as it is imported; empty for none.
-        written: the suffixes that are written, where these are not all.
-        rounds: of scenes, whether what is written is rounded beyond float32, so that its error is worth
-            telling.
-        has_levels: of scenes, whether it may hold several levels of detail.
-        is_alone: of scenes, whether a file is taken only by its name, not as one of the scenes in a folder.
-        key: of cameras in JSON, a field that such a file has at its top, "" for a list.
-        file: usual name of a file, where it is more than a suffix.
-        bits: of pictures, of each channel, that may be asked for, the usual number first.
-        is_linear: of pictures, whether it holds linear light; else it is display-encoded.
-        holds_depth: of pictures, whether a frame's depth is written.
-        holds_alpha: of pictures, whether transparency is written.
-        holds_metadata: of pictures and videos, whether it says how it was painted, see `pictures.metadata`.
-        takes_strips: of pictures, whether one is written a few rows at a time.
-        codecs: of videos, names in `VIDEO_CODECS`, the usual one first.
-        container: of videos, its name in libav.
-        max_fps: of videos, frames a second.
+        cure: what to do instead of reading a format that is not read: one clause.
+        package: import name of the package that decodes or encodes the format and may be missing; else "".
+        written: the suffixes that are written, if not all.
+        rounds: scenes: whether writing rounds beyond float32, so that the error is worth reporting.
+        has_levels: scenes: whether a file may hold several levels of detail.
+        is_alone: scenes: whether a file is read only if it is named, not as one of the scenes in a folder.
+        key: cameras in JSON: a field at the top of such a file; "" for a list.
+        file: usual file name, if it is more than a suffix.
+        bits: pictures: bits per channel that can be chosen, the default first.
+        is_linear: pictures: whether values are linear light; else they are display-encoded.
+        holds_depth: pictures: whether the depth of a frame is written.
+        holds_alpha: pictures: whether transparency is written.
+        holds_metadata: pictures and videos: whether the file records how it was painted, see
+            `pictures.metadata`.
+        takes_strips: pictures: whether a file is written a few rows at a time.
+        codecs: videos: names in `VIDEO_CODECS`, the default first.
+        container: videos: name of the container in libav.
+        max_fps: videos: most frames a second.
     """
 
     name: str
@@ -119,29 +120,29 @@ class VideoCodec(NamedTuple):
 
     name: str  # in words, for help and error texts
     write: str = "pictures.libav:EncodedVideo"  # `open_writer(stack, film)`, which returns a `VideoWriter`
-    bits: tuple[int, ...] = (8,)  # of each channel, that may be asked for, the usual number first
-    holds_alpha: bool = False  # whether transparency may be written
-    min_side: int = 1  # pixels along a side, at least
-    max_side: int | None = None  # at most; None if the codec has no limit that matters
+    bits: tuple[int, ...] = (8,)  # per channel that can be chosen, the default first
+    holds_alpha: bool = False  # whether transparency can be written
+    min_side: int = 1  # least pixels along a side
+    max_side: int | None = None  # most pixels along a side; None if the codec has no limit that matters
     has_even_sides: bool = False  # whether width and height must be even
 
 
 def begins_with(*beginnings: bytes) -> Matcher:
-    """Recognises files by their first bytes, whatever they are called."""
+    """Match files by their first bytes, whatever their name."""
     return lambda path, begin: begin.startswith(beginnings)
 
 
 def has_suffix(*suffixes: str) -> Matcher:
-    """Recognises files by their name: for formats that have no unmistakable beginning."""
+    """Match files by suffix, for formats whose first bytes do not identify them."""
     return lambda path, begin: path.suffix.lower() in suffixes
 
 
 def is_json_with(*keys: str, file: str | None = None) -> Matcher:
-    """Recognises JSON files by keys that occur in them at any place.
+    """Match JSON files that contain all of the keys, at any depth.
 
     Args:
-        keys: all must occur.
-        file: name of such a file; a folder that holds it is recognised too.
+        keys: the keys.
+        file: name of such a file; a folder that holds it matches too.
     """
     marks = [f'"{key}"'.encode() for key in keys]
 
@@ -163,11 +164,11 @@ def is_json_with(*keys: str, file: str | None = None) -> Matcher:
 
 
 def is_zip_with(name: str, *suffixes: str) -> Matcher:
-    """Recognises zip archives by their suffix, or by the name of a member.
+    """Match zip archives by their suffix, or by the name of a member.
 
     Args:
-        name: end of the name of a member, which stands in the directory at the end of an archive.
-        suffixes: with which a damaged archive is recognised too.
+        name: end of the name of a member, as listed in the directory at the end of the archive.
+        suffixes: an archive with one of these matches even if it is damaged.
     """
 
     def matches(path: Path, begin: bytes) -> bool:
@@ -186,12 +187,12 @@ def is_zip_with(name: str, *suffixes: str) -> Matcher:
 
 
 def is_colmap(path: Path, begin: bytes) -> bool:
-    """Recognises the folder of a COLMAP model, and its files by their names."""
+    """Match any folder, and the files of a COLMAP model by their names."""
     return path.name in COLMAP_FILES or is_dir(path)
 
 
 def is_ply_with(*names: str) -> Matcher:
-    """Recognises PLY files by names of properties, all of which their headers must hold."""
+    """Match PLY files whose header has all of the named properties."""
 
     def matches(path: Path, begin: bytes) -> bool:
         return begin.startswith((b"ply\n", b"ply\r")) and _properties(path).issuperset(names)
@@ -216,10 +217,10 @@ def _properties(path: Path) -> set[str]:
 
 
 def holds(*patterns: str) -> Matcher:
-    """Recognises folders by files in them, and these files by their names.
+    """Match folders that hold certain files, and files with one of these names.
 
     Args:
-        patterns: of paths from the folder; one of them must be there.
+        patterns: glob patterns relative to the folder; at least one must match.
     """
     names = {pattern.rpartition("/")[2] for pattern in patterns}
 
@@ -235,7 +236,7 @@ def holds(*patterns: str) -> Matcher:
 
 
 def is_pickle(*others: str) -> Matcher:
-    """Recognises pickles, and archives that PyTorch keeps one in; none is opened as such.
+    """Match pickles, and PyTorch archives that contain one; none is ever unpickled.
 
     Args:
         others: suffixes of formats whose files may begin like a pickle.
@@ -253,9 +254,9 @@ def is_pickle(*others: str) -> Matcher:
 
 
 def is_splat(path: Path, begin: bytes) -> bool:
-    """Whether a file is a .splat scene: by its suffix or, if it was renamed, by plausible rows throughout.
+    """Whether a file is a .splat scene: by its suffix or, if renamed, by plausible values in sampled rows.
 
-    Random bytes pass with a probability of about 5e-4 for each of the rows that are inspected.
+    A row of random bytes is plausible with a probability of about 5e-4.
     """
     return not _is_text(begin) and (path.suffix.lower() == ".splat" or _has_plausible_rows(path))
 
@@ -270,7 +271,7 @@ def is_ksplat(path: Path, begin: bytes) -> bool:
 
 
 def _is_text(begin: bytes) -> bool:
-    """Whether this is a web page or the like: floats always have bytes that are no text."""
+    """Whether all first bytes are text, as in a web page; floats always have bytes that are no text."""
     return all(32 <= byte < 127 or byte in b"\t\r\n" for byte in begin)
 
 

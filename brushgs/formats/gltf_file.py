@@ -1,7 +1,7 @@
-"""The container of a glTF 2.0 model: its JSON, nodes and arrays, read (none is trusted) and written as .glb.
+"""The container of a glTF 2.0 model: read JSON, nodes and arrays (untrusted), and write a .glb.
 
-Own code: pygltflib reads all bytes into memory and bounds nothing; here buffers are mapped and checked first.
-What the objects mean is the business of who reads or adds them. Source: Khronos, glTF 2.0 Specification.
+This is own code because pygltflib reads all bytes into memory and checks no bounds; here buffers are mapped
+and checked first. Callers interpret the objects. Source: Khronos, glTF 2.0 Specification.
 """
 
 import base64
@@ -28,11 +28,11 @@ from brushgs.values.quats import rotation_matrices
 from brushgs.version import __version__
 
 SCENE_NODE = "brushgs_scene"
-_SCENE_NAME = re.compile(rf"{SCENE_NODE}([._]\d+)?")  # 3D programs number what has the name of another
+_SCENE_NAME = re.compile(rf"{SCENE_NODE}([._]\d+)?")  # 3D programs append a number to duplicate names
 
 
 def is_scene_name(name: object) -> bool:
-    """Whether a node of this name is the painted scene."""
+    """Whether this is the name of the node of the painted scene."""
     return isinstance(name, str) and _SCENE_NAME.fullmatch(name) is not None
 
 
@@ -41,12 +41,12 @@ JSON_CHUNK, BINARY_CHUNK = 0x4E4F534A, 0x004E4942
 _DATA_URI = re.compile(r"data:[^,;]*(;[^,;]*)*;base64,")
 _DTYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
-_MAX_NODES, _MAX_DEPTH = 10_000, 200  # a model with what is read here has a few
+_MAX_NODES, _MAX_DEPTH = 10_000, 200  # models of splats or cameras have a few nodes
 
 Index = Annotated[int, Meta(ge=0)]
-Count = Annotated[int, Meta(ge=0, le=10**12)]  # or an offset in bytes: more than any file has
+Count = Annotated[int, Meta(ge=0, le=10**12)]  # a count, or an offset in bytes: more than any file has
 Extensions = dict[str, Any]
-# Beyond 1e18, products of a few would overflow.
+# Products of a few larger numbers would overflow.
 _Length = Annotated[float, Meta(gt=-1e18, lt=1e18, description="a number below 1e18")]
 _Three = tuple[_Length, _Length, _Length]
 _Four = tuple[_Length, _Length, _Length, _Length]
@@ -54,20 +54,20 @@ _Sixteen = Annotated[list[_Length], Meta(min_length=16, max_length=16)]
 
 
 class Asset(Struct):
-    """Which glTF it is, and who wrote it."""
+    """The version of glTF, and the program that wrote the file."""
 
     version: Annotated[str, Meta(pattern="^2", description="2.0, as of glTF of version 2")]
     generator: Any = None
 
 
 class Scene(Struct):
-    """The nodes at the top of a scene."""
+    """The root nodes of a scene."""
 
     nodes: list[Index] | None = None
 
 
 class Node(Struct):
-    """A node, and what stands there."""
+    """A node: its transform, and its camera or mesh."""
 
     name: Any = None
     children: list[Index] | None = None
@@ -103,13 +103,13 @@ class BufferView(Struct, rename="camel"):
 
 
 class Buffer(Struct):
-    """Bytes in the file, or beside it."""
+    """The source of a buffer: a data URI, a file beside the model, or None for the binary chunk."""
 
     uri: str | None = None
 
 
 class Model(Struct, rename="camel", kw_only=True):
-    """What of the JSON all uses need."""
+    """The part of the JSON that all readers need."""
 
     asset: Asset
     scene: Index | None = None
@@ -125,7 +125,7 @@ T = TypeVar("T")
 
 
 def _mapped(path: Path, what: str) -> memoryview:
-    """The bytes of a file. Raises SceneError as `open_plain`, or if it has none."""
+    """The bytes of a file, memory-mapped. Raises SceneError as `open_plain` does, or if the file is empty."""
     with open_plain(path, what) as file:
         if not file.seek(0, 2):
             raise SceneError(path, "is empty; copy or download it again")
@@ -133,9 +133,10 @@ def _mapped(path: Path, what: str) -> memoryview:
 
 
 class GltfFile(Generic[M]):
-    """A .glb or .gltf file: its `path`, its `size` with the files beside it that were opened, its JSON `top`.
+    """A .glb or .gltf file.
 
-    `kind` is what of its JSON is needed, `what` is expected there, for messages.
+    Attributes are `path`, `size` (bytes, including external buffers opened so far) and `top`, the JSON.
+    `kind` is the struct that the JSON is decoded to; `what` names the expected file in messages.
     """
 
     def __init__(self, path: Path, kind: type[M], what: str = "scene file") -> None:
@@ -151,7 +152,7 @@ class GltfFile(Generic[M]):
         self.top = decode(path, bytes(text), kind, CURE, object_bytes=SMALL_OBJECT, has_names=True)
 
     def _split(self, whole: memoryview) -> memoryview:
-        """The JSON of a .glb; its binary chunk is remembered."""
+        """The JSON chunk of a .glb; keeps the binary chunk for `_open_buffer`."""
         version, length = struct.unpack("<II", bytes(whole[4:12]).ljust(8, b"\0"))
         if version != 2:
             raise SceneError(self.path, f"must be glTF of version 2, got version {version}; {CURE}")
@@ -172,9 +173,9 @@ class GltfFile(Generic[M]):
         return chunks[JSON_CHUNK]
 
     def item(self, items: list[T] | None, index: object, who: str) -> T:
-        """An object of one of the lists at the top, to which `who` refers.
+        """The object with number `index` in a top-level list; `who` describes the reference in messages.
 
-        Raises SceneError if there is none of that number.
+        Raises SceneError if there is no such object.
         """
         number = as_count(index, len(items) - 1) if items else None
         if items is None or number is None:
@@ -182,7 +183,7 @@ class GltfFile(Generic[M]):
         return items[number]
 
     def view(self, index: object, used_by: str) -> tuple[memoryview, int | None]:
-        """The bytes of a buffer view, and the distance between its elements if it states one."""
+        """The bytes of a buffer view, and its stride in bytes if it states one."""
         view = self.item(self.top.buffer_views, index, f"{used_by} refers to bufferViews")
         if view.extensions:
             fact = f"is compressed by {', '.join(name[:60] for name in list(view.extensions)[:3])}"
@@ -197,14 +198,14 @@ class GltfFile(Generic[M]):
         return buffer[start : start + length], view.byte_stride
 
     def _buffer(self, number: int, used_by: str) -> memoryview:
-        """The bytes of a buffer, which is opened once."""
+        """The bytes of a buffer, opened on first use."""
         buffer = self.item(self.top.buffers, number, f"{used_by} refers to buffers")
         if number not in self._buffers:
             self._buffers[number] = self._open_buffer(buffer.uri, f"buffer {number}")
         return self._buffers[number]
 
     def _open_buffer(self, uri: str | None, what: str) -> memoryview:
-        """The binary chunk, a data URI, or a file beside this one."""
+        """The bytes of the binary chunk, a data URI, or a file beside this one."""
         if uri is None:
             if self._binary is None:
                 raise SceneError(self.path, f"{what} has neither a uri nor a binary chunk; {CURE}")
@@ -222,9 +223,9 @@ class GltfFile(Generic[M]):
         return buffer
 
     def array(self, index: object, used_by: str) -> "GltfArray":
-        """The array that an accessor describes.
+        """The array of an accessor.
 
-        Raises SceneError if it does not lie within its buffer, or is sparse or of an unknown kind.
+        Raises SceneError if it exceeds its buffer view, is sparse, or is not a scalar or vector of numbers.
         """
         accessor = self.item(self.top.accessors, index, f"{used_by} refers to accessors")
         if accessor.sparse is not None:
@@ -248,7 +249,7 @@ class GltfFile(Generic[M]):
 
 
 class GltfArray:
-    """Numbers of an accessor, [count, width], converted where they are read."""
+    """Numbers of an accessor, [count, width], converted to float32 when rows are read."""
 
     def __init__(self, values: NDArray[Any], *, is_normalized: bool) -> None:
         self.values = values
@@ -257,7 +258,7 @@ class GltfArray:
         self._divisor = np.float32(np.iinfo(values.dtype).max) if is_integer and is_normalized else None
 
     def read(self, start: int, stop: int) -> NDArray[np.float32]:
-        """Rows as float32; normalized integers in 0 to 1 or -1 to 1."""
+        """Rows as float32; normalized integers become 0 to 1 or -1 to 1."""
         rows = self.values[start:stop].astype(np.float32)
         if self._divisor is not None:
             rows /= self._divisor
@@ -267,20 +268,20 @@ class GltfArray:
 
 @dataclass(frozen=True)
 class PlacedNode:
-    """A node where the scene has it."""
+    """A node with its place in the scene."""
 
     node: Node
-    chain: tuple[int, ...]  # numbers of the nodes from the top of the scene down to this one
-    matrix: F64  # [4, 4] world from node, as the nodes stand without animations
+    chain: tuple[int, ...]  # numbers of the nodes from the root down to this one
+    matrix: F64  # [4, 4] world from node, without animations
 
 
 def placed_nodes(file: GltfFile[Any]) -> Iterator[PlacedNode]:
-    """The nodes of the default scene, or of all that there are, parents first.
+    """Yield the nodes of the default scene, or all nodes if there is no scene, parents first.
 
-    Raises SceneError if nodes are missing, form a ring, or are very many.
+    Raises SceneError if nodes are missing, form a cycle, or are too many.
     """
     nothing_above: tuple[int, ...] = ()
-    # A node with its parents' matrix and the nodes above it.
+    # Each entry: a node, the matrix of its parent, and the nodes above it.
     pending = [(root, np.eye(4), nothing_above) for root in reversed(_roots(file))]
     num_nodes = 0
     while pending:
@@ -298,13 +299,13 @@ def placed_nodes(file: GltfFile[Any]) -> Iterator[PlacedNode]:
 
 
 def node_at(file: GltfFile[Any], index: int) -> Node:
-    """A node by its number. Raises SceneError if there is none."""
+    """A node by its number. Raises SceneError if it does not exist."""
     node: Node = file.item(file.top.nodes, index, "a scene or node refers to nodes")
     return node
 
 
 def _roots(file: GltfFile[Any]) -> list[int]:
-    """The nodes at the top of the default scene, or of all nodes."""
+    """The root nodes of the default scene, or all nodes without a parent if there is no scene."""
     nodes: list[Node] = file.top.nodes or []
     if nodes and file.top.scenes:
         scene: Scene = file.item(file.top.scenes, file.top.scene or 0, "the model refers to scenes")
@@ -314,7 +315,7 @@ def _roots(file: GltfFile[Any]) -> list[int]:
 
 
 def local_matrix(file: GltfFile[Any], index: int, node: Node) -> F64:
-    """[4, 4] of one node: its matrix, or translation, rotation (x, y, z, w) and scale."""
+    """[4, 4] parent from node: the matrix of a node, or its translation, rotation (x, y, z, w) and scale."""
     if node.matrix is not None:
         matrix = np.array(node.matrix).reshape(4, 4).T
         if not np.array_equal(matrix[3], (0, 0, 0, 1)):
@@ -329,12 +330,12 @@ def local_matrix(file: GltfFile[Any], index: int, node: Node) -> F64:
     return matrix
 
 
-# What places a node, where it does not say.
+# Default transform of a node.
 AT_REST = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
 
 
 def node_part(node: Node, name: str) -> F64:
-    """The numbers of a field that places a node."""
+    """A node's rotation, scale or translation, or its default."""
     values = getattr(node, name)
     return np.array(AT_REST[name] if values is None else values, np.float64)
 
@@ -342,14 +343,14 @@ def node_part(node: Node, name: str) -> F64:
 _TYPES = {width: name for name, width in _WIDTHS.items()}
 _COMPONENTS = {np.dtype(dtype).name: number for number, dtype in _DTYPES.items()}
 _TARGETS = {"vertices": 34962, "indices": 34963}
-MOST_BYTES = 2**32 - 1  # the header counts them in 32 bits
+MOST_BYTES = 2**32 - 1  # of a file: the header has 32 bits for its size
 
 
 class GlbWriter:
-    """Objects in the order in which they are added; equal ones give equal bytes.
+    """Build a .glb; objects keep the order in which they are added, and equal models give equal bytes.
 
     Attributes:
-        top: the JSON; what `add` has no list for is set here.
+        top: the JSON; fields other than the lists of `add` are set here.
     """
 
     def __init__(self) -> None:
@@ -358,19 +359,19 @@ class GlbWriter:
         self._size = 0
 
     def add(self, kind: str, **fields: Any) -> int:
-        """Add an object to the list of a kind, such as "nodes"; returns its number."""
+        """Append an object to a top-level list, such as "nodes"; return its number."""
         items = self.top.setdefault(kind, [])
         items.append(fields)
         return len(items) - 1
 
     def uses(self, extension: str) -> None:
-        """Name an extension that some object has, and that a reader may ignore."""
+        """Declare an extension as used but not required."""
         used = self.top.setdefault("extensionsUsed", [])
         if extension not in used:
             used.append(extension)
 
     def view(self, content: bytes | memoryview, **fields: Any) -> int:
-        """Add bytes to the binary chunk, at a multiple of four; returns the number of their buffer view."""
+        """Append bytes to the binary chunk, aligned to 4 bytes; return the number of their buffer view."""
         padding = -self._size % 4
         self._parts += [memoryview(bytes(padding)), memoryview(content)]
         start, self._size = self._size + padding, self._size + padding + len(content)
@@ -384,14 +385,14 @@ class GlbWriter:
         normalized: bool = False,
         has_bounds: bool = False,
     ) -> int:
-        """Add an array with a view of its own; returns the number of its accessor.
+        """Add an array with a buffer view of its own; return the number of its accessor.
 
         Args:
-            values: [n] or [n, width] with n >= 1, of a dtype that glTF has. A row of vertices takes a
-                multiple of four bytes.
-            of: what it is used for.
-            normalized: whether integers are shares of their largest value.
-            has_bounds: whether both ends of each column are stated, as those of positions must be.
+            values: [n] or [n, width] with n >= 1, of a dtype that glTF has. The row size of vertices must be
+                a multiple of 4 bytes.
+            of: the use of the array.
+            normalized: whether integers are fractions of their largest value.
+            has_bounds: whether to state the minimum and maximum of each column, which positions require.
         """
         rows = values.reshape(len(values), -1)
         component = _COMPONENTS[rows.dtype.name]
@@ -411,7 +412,7 @@ class GlbWriter:
     def write(self, file: BinaryIO) -> None:
         """Write the whole model.
 
-        Raises ValueError if it has more bytes than the format can count, or a number is not finite.
+        Raises ValueError if it takes 4 GiB or more, or a number in the JSON is not finite.
         """
         top = dict(self.top)
         if self._size:

@@ -1,4 +1,4 @@
-"""A file of guides, lines in space that strokes run along, becomes `Guides`."""
+"""Read files of guides: lines in space that strokes follow."""
 
 from array import array
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ from brushgs.values.arrays import F64, Rows
 MAX_BYTES = 1 << 24  # of a file; 16 MiB are some 500,000 points, more than strokes
 MAX_COORDINATE = 1e15  # world units, as for positions of cameras
 CURE = "draw a line of two points or more"
-# Of OBJ files.
+# Limits for OBJ files.
 MAX_POINTS = 1 << 19
 MAX_LINES = 1 << 21
 MAX_LINE = 1 << 16  # bytes of text; some ten thousand indices
@@ -29,19 +29,19 @@ _JSON_EXAMPLE = "write lines such as [[[0, 0, 0], [1, 0, 0]]]"
 
 @dataclass(frozen=True, eq=False)
 class Guides:
-    """Lines in space that strokes run along."""
+    """Lines in space that strokes follow, as segments."""
 
-    starts: F64  # [S, 3] where the segments of all lines begin, world units
-    ends: F64  # [S, 3] where they end; no segment has length zero
-    # distance, world units, > 0, within which strokes follow a guide: wholly on it, not at all from there on.
+    starts: F64  # [S, 3] start points of the segments of all lines, world units
+    ends: F64  # [S, 3] end points; no segment has length zero
+    # Distance > 0, world units, at which a guide loses its influence; strokes on the guide follow it fully.
     # None for a tenth of the radius of the scene.
     reach: float | None = None
 
 
 def guides_of(path: Path, points: F64, segments: Rows, reach: float | None) -> Guides:
-    """The guides of a file: its points [P, 3], and the rows [S, 2] of those that segments run from and to.
+    """The guides of a file, from its points [P, 3] and the rows [S, 2] of each segment's start and end point.
 
-    Raises SceneError if a number is not finite or too large, or there is no segment above length zero.
+    Raises SceneError if a number is not finite or too large, or every segment has length zero.
     """
     bad = ~(np.abs(points) <= MAX_COORDINATE).all(axis=1)
     if bad.any():
@@ -69,7 +69,7 @@ class _File(Struct, forbid_unknown_fields=True):
 
 
 def read_lists(path: Path, content: bytes) -> Guides:
-    """Of JSON: a list of lines, each a list of points [x, y, z]; or an object with "guides" and "reach".
+    """Read JSON: a list of lines, each a list of points [x, y, z]; or an object with "guides" and "reach".
 
     {"reach": 0.5, "guides": [[[0, 0, 0], [1, 0, 0], [1, 1, 0]], [[0, 2, 0], [0, 2, 1]]]}
     """
@@ -88,10 +88,10 @@ def read_lists(path: Path, content: bytes) -> Guides:
 
 
 def read_obj(path: Path, content: bytes) -> Guides:
-    """Of Wavefront OBJ: points `v x y z` and lines `l 1 2 3`; everything else in the file is skipped.
+    """Read Wavefront OBJ: points `v x y z` and lines `l 1 2 3`; everything else in the file is skipped.
 
-    A comment `# reach 0.5` states how far the guides reach. Blender writes edges without faces as lines; its
-    exporter turns axes unless told otherwise: "Forward Y, Up Z" keeps them.
+    A comment `# reach 0.5` states the reach of the guides. Blender writes edges without faces as lines; its
+    exporter rotates the axes unless set to "Forward Y, Up Z".
     Source: Wavefront, Object Files, appendix B1 (indices count from 1, negative ones from the latest point).
     """
     points, segments = array("d"), array("q")  # arrays: a tuple of three floats takes 136 bytes
@@ -119,7 +119,7 @@ def read_obj(path: Path, content: bytes) -> Guides:
 
 
 def _lines(path: Path, content: bytes) -> Iterator[tuple[int, list[bytes]]]:
-    """Number, from 1, and words of each line, at least one, which may be empty."""
+    """Yield the number (from 1) and the words of each line; an empty line has one empty word."""
     at, number = 0, 0
     while at < len(content):
         end = content.find(b"\n", at)
@@ -141,7 +141,7 @@ def _point(path: Path, number: int, words: list[bytes]) -> list[float]:
 
 
 def _row(path: Path, number: int, word: bytes, num_points: int) -> int:
-    """The row of a point by its index, which may be followed by one into texture coordinates."""
+    """The row of a point from its OBJ index; an index of texture coordinates after "/" is ignored."""
     text = word.split(b"/")[0]
     try:
         index = int(text) if len(text) <= 10 else 0
@@ -162,10 +162,10 @@ def _number(word: bytes) -> float | None:
 
 
 def read_guides(path: str | Path) -> Guides:
-    """Read lines in space that strokes run along, in one of the formats of `GUIDES_READ`; the suffix decides.
+    """Read lines in space that strokes follow, in one of the formats of `GUIDES_READ`; the suffix decides.
 
-    Raises SceneError if there is no such regular file, it is larger than 16 MiB, of no known format or
-    damaged, holds no line, or a number that is not finite.
+    Raises SceneError if there is no such regular file, it is larger than 16 MiB, its format is unknown, it is
+    damaged, it holds no line, or a number is not finite.
     """
     path = Path(path)
     guide_format = by_suffix(formats_of("guides"), path) or by_suffix(added("guides"), path)

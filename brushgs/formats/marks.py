@@ -1,4 +1,4 @@
-"""A file of marks becomes an `Overpaint`, and an `Overpaint` a file.
+"""Read and write an `Overpaint` as a file of marks:
 
     {
       "brushgs": "marks", "version": 1, "time": 0.5,
@@ -11,10 +11,10 @@
       "density": {"means": ..., "radii": ..., "factors": ARRAY [d]}
     }
 
-Each part may be missing, the atlas where no mark has a tile, and layers where all marks are of one. The
-columns are those of `values.marks`, in the coordinates of the scene's file. Tile i is the rectangle
-`places[i]` = left, top, width, height of the picture, 8 bits of red, green, blue and straight alpha. Arrays
-and pictures are as in style files, see `formats.styles`.
+Each part may be missing; the atlas if no mark has a tile, and layers if all marks are in one layer. The
+columns are those of `values.marks`, in the coordinates of the scene file. Tile i is the rectangle
+`places[i]` = left, top, width, height of the picture, with 8 bits of red, green, blue and straight alpha.
+Arrays and pictures are encoded as in style files, see `formats.styles`.
 """
 
 from pathlib import Path
@@ -69,17 +69,17 @@ class _File(Struct, forbid_unknown_fields=True):
 
 
 def read_marks(path: str | Path) -> Overpaint:
-    """Read a file of marks; its content decides, not its name.
+    """Read a file of marks, whatever its name.
 
-    Raises SceneError if there is no such regular file, it is larger than 32 MiB, no file of marks, of a later
-    version, or a field is missing, unknown or wrong; names the field.
+    Raises SceneError if there is no such regular file, it is larger than 32 MiB, is no file of marks, has a
+    later version, or a field is missing, unknown or wrong; the message names the field.
     """
     path = Path(path)
     return marks_of(path, read_whole(path, MAX_BYTES, "file of marks"))
 
 
 def marks_of(path: Path, content: bytes) -> Overpaint:
-    """The `Overpaint` of the content of a file. Raises as `read_marks` does."""
+    """Parse the content of a file of marks. Raises as `read_marks` does."""
     if content and not content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
         raise SceneError(path, f"is no file of marks; {CURE}")
     check_begin(path, content, "file of marks", MARK, VERSION, cure=CURE, later="update brushgs")
@@ -96,7 +96,7 @@ def marks_of(path: Path, content: bytes) -> Overpaint:
 
 
 def _patches(path: Path, place: str, kind: type[Patches], columns: _Columns, more: dict[str, Any]) -> Patches:
-    """The patches of a kind from its columns."""
+    """Patches of one kind from their columns, with extra fields `more`."""
     if set(columns) | set(kind.OPTIONAL) != set(kind.COLUMNS):
         rule = f"have the fields {', '.join(kind.COLUMNS)}"
         raise SceneError(path, f"{place} must {rule}, got {', '.join(sorted(columns))[:80]}; {_CURE}")
@@ -116,7 +116,7 @@ def _patches(path: Path, place: str, kind: type[Patches], columns: _Columns, mor
 
 
 def _images(path: Path, atlas: _Atlas | None) -> tuple[U8, ...]:
-    """The tiles of an atlas; none without one."""
+    """The tiles of an atlas; empty if it is None."""
     if atlas is None:
         return ()
     rule = f"a PNG of 8 bits of red, green, blue and alpha with at most {MAX_ATLAS} pixels"
@@ -141,12 +141,12 @@ def write_marks(overpaint: Overpaint, path: str | Path) -> None:
     """Write a file of marks; it appears when it is complete, and equal values give equal bytes.
 
     Args:
-        overpaint: with something in it.
-        path: ends in .marks.
+        overpaint: must not be empty.
+        path: must end in .marks.
 
     Raises:
-        ValueError: if the suffix is another one, there is nothing to write, or it is too much; then nothing
-            is written.
+        ValueError: if the suffix is wrong, the overpaint is empty, or it is too large; then nothing is
+            written.
         SceneError: if the file cannot be written.
     """
     path = Path(path)
@@ -159,7 +159,7 @@ def write_marks(overpaint: Overpaint, path: str | Path) -> None:
 
 
 def content_of(overpaint: Overpaint, path: Path) -> bytes:
-    """The bytes of a file of marks, which can be read again. `path` is for messages; raises ValueError."""
+    """The bytes of a file of marks. Raises ValueError if they cannot be read back; `path` is for messages."""
     value: dict[str, Any] = {"brushgs": MARK, "version": VERSION}
     if overpaint.time is not None:
         value["time"] = float(overpaint.time)
@@ -174,7 +174,7 @@ def content_of(overpaint: Overpaint, path: Path) -> bytes:
 
 
 def _atlas(images: tuple[U8, ...], path: Path) -> dict[str, Any]:
-    """Tiles in shelves, the highest first, as JSON."""
+    """JSON of an atlas with the tiles packed in shelves, the highest first."""
     places = np.zeros((len(images), 4), int)
     left = top = shelf = 0
     for row in sorted(range(len(images)), key=lambda row: -images[row].shape[0]):

@@ -1,4 +1,4 @@
-"""Arrays and pictures within JSON: lists of numbers, or base64; read with bounds, and written."""
+"""Read and write arrays and pictures within JSON, as lists of numbers or base64; reading checks bounds."""
 
 import base64
 import json
@@ -17,17 +17,17 @@ from brushgs.formats.schema import Numbers, as_count, decode, refused, shown
 from brushgs.values.arrays import F64, U8
 
 DTYPES = {"uint8": "|u1", "int8": "|i1", "float16": "<f2", "float32": "<f4"}
-ONE = {"uint8": 255, "int8": 127}  # the integer that stands for 1
+ONE = {"uint8": 255, "int8": 127}  # the integer that encodes 1
 MAX_SIDE = 3_000_000  # of an array
 _PNG = b"\x89PNG\r\n\x1a\n"
-# Colours beside alpha are stored as they are, also where nothing is covered.
+# Straight alpha: colours are kept even where alpha is 0.
 _PNG_ATTRIBUTES = {"png:compressionLevel": 9, "oiio:UnassociatedAlpha": 1}
 
 _Side = Annotated[int, Meta(ge=0, le=MAX_SIDE)]
 
 
 class Packed(Struct, forbid_unknown_fields=True):
-    """An array: type, shape, and its numbers, little endian."""
+    """An array: type, shape, and numbers in little-endian order."""
 
     type: Literal["uint8", "int8", "float16", "float32"]
     shape: Annotated[list[_Side], Meta(min_length=1, max_length=3)]
@@ -43,7 +43,7 @@ class Packed(Struct, forbid_unknown_fields=True):
 
     @property
     def array(self) -> F64:
-        """The numbers; those of integer types as shares of `ONE`."""
+        """The numbers as float64; integer types are divided by `ONE`."""
         numbers = np.frombuffer(self.data, DTYPES[self.type]).astype(np.float64)
         return (numbers / ONE.get(self.type, 1)).reshape(self.shape)
 
@@ -52,7 +52,7 @@ PackedArray = Annotated[Packed | Numbers, Meta(description="an array, a list or 
 
 
 class Picture(Struct, forbid_unknown_fields=True):
-    """A picture as a file."""
+    """A picture as the bytes of a PNG file."""
 
     type: Literal["png"]
     data: bytes
@@ -66,19 +66,19 @@ class _Begin(Struct):
 def check_begin(
     path: Path, content: bytes, what: str, mark: str, version: int, *, cure: str, later: str
 ) -> None:
-    """Refuse JSON that does not begin with "brushgs": `mark`, or is of a later version than this one.
+    """Check that JSON has "brushgs": `mark` and a version that can be read.
 
     Args:
         path: the file, for messages.
         content: its bytes.
-        what: it should be, in words, such as "style file".
-        mark: of such files.
-        version: that is read, and all before.
-        cure: of another file.
+        what: the expected file in words, such as "style file".
+        mark: expected value of "brushgs".
+        version: the latest version that is read.
+        cure: what to do about another kind of file.
         later: what to do about a later version.
 
     Raises:
-        SceneError: if it is no JSON, another file or of a later version.
+        SceneError: if the content is no JSON, another kind of file, or of a later version.
     """
     begin = decode(path, content, _Begin, cure, has_names=True)
     if begin.brushgs != mark:
@@ -94,7 +94,7 @@ def check_begin(
 def array_of(
     path: Path, place: str, value: Any, shape: tuple[int | None, ...], largest: float, *, cure: str
 ) -> F64:
-    """An array of numbers up to a magnitude; a size of None is any above 0."""
+    """An array of the given shape with magnitudes up to `largest`; a size of None allows any above 0."""
     wanted = f"an array of shape [{', '.join('any' if side is None else str(side) for side in shape)}]"
     try:
         array = value.array if isinstance(value, Packed) else np.array(value, np.float64)
@@ -112,7 +112,7 @@ def array_of(
 
 
 def png_of(path: Path, place: str, data: bytes, rule: str, max_pixels: int, *, cure: str) -> U8:
-    """The pixels of a PNG [h, w, channels]; a larger one is refused by its header."""
+    """The pixels of a PNG, [h, w, channels]; one of more than `max_pixels` is refused from its header."""
     from brushgs.formats.pictures.images import read_bytes
 
     if not data.startswith(_PNG):
@@ -131,7 +131,7 @@ def png_of(path: Path, place: str, data: bytes, rule: str, max_pixels: int, *, c
 
 
 def pack(values: NDArray[Any], type: str) -> dict[str, Any]:
-    """An array as JSON, of a type of `DTYPES`. Values beyond the range of an integer type are clipped."""
+    """An array as JSON, in a type of `DTYPES`; values beyond the range of an integer type are clipped."""
     if type in ONE:
         limits = np.iinfo(DTYPES[type])
         values = np.clip(np.rint(values.astype(np.float64) * ONE[type]), limits.min, limits.max)
@@ -140,7 +140,7 @@ def pack(values: NDArray[Any], type: str) -> dict[str, Any]:
 
 
 def picture_of(texels: U8, channels: str) -> dict[str, Any]:
-    """A picture [h, w, channels] as JSON."""
+    """A picture [h, w, channels] as JSON: a base64 PNG."""
     from brushgs.formats.pictures.oiio import write_pixels
 
     with scratch_folder() as folder:
@@ -150,7 +150,7 @@ def picture_of(texels: U8, channels: str) -> dict[str, Any]:
 
 
 def laid_out(value: Any, indent: str = "") -> str:
-    """JSON in which only objects that people read, and lists of these, take several lines."""
+    """JSON text in which objects and nested lists take several lines; packed data and flat lists take one."""
     inner = indent + "  "
     if isinstance(value, dict) and "data" not in value:
         rows = [f"{json.dumps(name)}: {laid_out(part, inner)}" for name, part in value.items()]
@@ -165,7 +165,7 @@ def laid_out(value: Any, indent: str = "") -> str:
 def written_json(
     path: Path, value: Any, what: str, most: int, read: Callable[[Path, bytes], object], *, cure: str
 ) -> bytes:
-    """The bytes of a file of JSON, of at most so many, which can be read again. Raises ValueError."""
+    """The bytes of a JSON file. Raises ValueError if there are more than `most`, or `read` refuses them."""
     content = (laid_out(value) + "\n").encode()
     if len(content) > most:
         rule = f"{what} must take at most {most / 1e6:.3g} MB, got {len(content) / 1e6:.3g}"

@@ -1,7 +1,7 @@
-"""Which format a file is of, and how formats are listed in a sentence.
+"""Find the format of a file, and list formats in a sentence.
 
 Other packages add formats by entry points of the group `brushgs.formats`, each a `Format` or a tuple of them;
-see `examples/format_plugin`. They are asked where no format of our own table fits.
+see `examples/format_plugin`. They are tried if no format of our own table matches.
 """
 
 import warnings
@@ -21,7 +21,7 @@ GROUP = "brushgs.formats"  # of entry points
 
 
 def formats_of(kind: Kind, *, is_read: bool = False, is_written: bool = False) -> tuple[Format, ...]:
-    """The formats of this table that hold such things; of those that are written, with these suffixes."""
+    """The formats of our table of one kind; if `is_written`, only written ones with the suffixes written."""
     rows = (row for row in FORMATS if row.kind == kind)
     if is_written:
         rows = (row._replace(suffixes=row.written or row.suffixes) for row in rows if row.write)
@@ -29,28 +29,28 @@ def formats_of(kind: Kind, *, is_read: bool = False, is_written: bool = False) -
 
 
 def suffixes_of(formats: Iterable[Format]) -> tuple[str, ...]:
-    """All suffixes, in the order of the table."""
+    """All suffixes of the formats, in order."""
     return tuple(suffix for row in formats for suffix in row.suffixes)
 
 
 def by_suffix(formats: Iterable[Format], path: str | Path) -> Format | None:
-    """The format that a name is of; of several suffixes that it ends with, the longest decides."""
+    """The format with the longest suffix that the file name ends with; None if there is none."""
     name = Path(path).name.lower()
     found = [(len(s), row) for row in formats for s in row.suffixes if name.endswith(s) and name != s]
     return max(found, key=lambda pair: pair[0])[1] if found else None
 
 
 def find_read(kind: Kind, path: Path, begin: bytes) -> Format | None:
-    """The format that a path with these first bytes is of, and that is read; None if there is none."""
+    """The readable format that matches a path with these first bytes; None if there is none."""
     own = next((row for row in _READ[kind] if row.matches(path, begin)), None)
     others = (row for row in added(kind) if row.read is not None) if own is None else ()
     return own or next((row for row in others if row.matches(path, begin)), None)
 
 
 def find_written(kind: Kind, path: str | Path) -> Format | None:
-    """The format that a file is to be written in; None if none has its suffix.
+    """The format to write a file in, by suffix; None if no format has it.
 
-    Of several suffixes that the name ends with, the longest decides: ".compressed.ply" before ".ply".
+    If the name ends with several suffixes, the longest decides: ".compressed.ply" before ".ply".
     """
     own = by_suffix(_WRITTEN[kind], path)
     if own is not None or any(by_suffix(rows, path) for rows in _WRITTEN.values()):
@@ -59,7 +59,7 @@ def find_written(kind: Kind, path: str | Path) -> Format | None:
 
 
 def function_of(reference: Function) -> Callable[..., Any]:
-    """The function that reads or writes a format, imported if it is named."""
+    """The function that reads or writes a format; a reference "module:function" is imported."""
     if callable(reference):
         return reference
     assert reference, "the caller knows that there is one"
@@ -69,7 +69,7 @@ def function_of(reference: Function) -> Callable[..., Any]:
 
 
 def is_written(path: Path, suffixes: tuple[str, ...]) -> bool:
-    """Whether a file has one of these suffixes, or one that another package adds to them."""
+    """Whether a file has one of these suffixes, or one that another package adds to the same kind."""
     if path.suffix.lower() in suffixes:
         return True
     kinds: tuple[Kind, ...] = ("scene", "picture")
@@ -77,7 +77,7 @@ def is_written(path: Path, suffixes: tuple[str, ...]) -> bool:
 
 
 def format_lines() -> Iterator[str]:
-    """The formats as a table: what a file is, its suffixes, what is done with it, and more in words."""
+    """Yield the lines of a table of formats: kind, whether read or written, suffixes, name and note."""
     for kind in get_args(Kind):
         for row in (*formats_of(kind), *added(kind)):
             done = [word for word, way in (("read", row.read), ("written", row.write)) if way is not None]
@@ -88,14 +88,14 @@ def format_lines() -> Iterator[str]:
 
 
 def added(kind: Kind) -> tuple[Format, ...]:
-    """The formats that other packages add."""
+    """The formats of one kind that other packages add."""
     return tuple(row for row in _plugged() if row.kind == kind)
 
 
 @cache
 def _plugged() -> tuple[Format, ...]:
-    """All formats of other packages; a SceneWarning names a package whose formats cannot be used."""
-    from importlib.metadata import entry_points  # takes as long as the help: not needed for our own
+    """All formats of other packages; a SceneWarning names an entry point that cannot be used."""
+    from importlib.metadata import entry_points  # takes as long as printing the help: imported only if needed
 
     rows: list[Format] = []
     for point in sorted(entry_points(group=GROUP), key=lambda point: point.name):
@@ -114,7 +114,7 @@ def _plugged() -> tuple[Format, ...]:
 
 
 def _fault(row: object) -> str | None:
-    """Why a row of another package cannot be used."""
+    """Why a format of another package cannot be used; None if it can."""
     if not isinstance(row, Format):
         return f"it must be a Format, got {type(row).__name__}"
     if row.kind not in get_args(Kind):
@@ -127,18 +127,18 @@ def _fault(row: object) -> str | None:
 _READ = {kind: formats_of(kind, is_read=True) for kind in get_args(Kind)}
 _WRITTEN = {kind: formats_of(kind, is_written=True) for kind in get_args(Kind)}
 SCENE_FORMATS, MOVING_FORMATS, PICTURE_FORMATS = _READ["scene"], _READ["clip"], _READ["picture"]
-SCENE_SUFFIXES = suffixes_of(_WRITTEN["scene"])  # that a scene may be written to
-# That the strokes of a painting are exported to; a .glb has them as textured rectangles.
+SCENE_SUFFIXES = suffixes_of(_WRITTEN["scene"])  # suffixes that a scene can be written to
+# Suffixes that strokes are exported to as Gaussians; a .glb holds them as textured rectangles.
 STROKE_SUFFIXES = tuple(suffix for suffix in SCENE_SUFFIXES if suffix not in QUAD_SUFFIXES)
 PICTURE_SUFFIXES = suffixes_of(_WRITTEN["picture"])
 DRAWING_SUFFIXES = suffixes_of(_WRITTEN["drawing"])  # of strokes as paths
 LAYERED_SUFFIXES = suffixes_of(_WRITTEN["layered"])  # of layers for painting programs
 VIDEO_FORMATS = _WRITTEN["video"]
 VIDEO_SUFFIXES = suffixes_of(VIDEO_FORMATS)
-# What may lie beside a scene, where trainers and captures keep cameras: files, and the folder of a model.
+# Camera files that trainers and captures put beside a scene: JSON files, and the folder of a COLMAP model.
 FILES_BESIDE, MODEL_BESIDE = ("cameras.json", "transforms.json", "transforms_train.json"), "sparse/0"
 BESIDE_READ = listed([*FILES_BESIDE, MODEL_BESIDE])
-# For help and error texts, such as ".ply (as 3DGS trainers write it, ...)" and ".mp4 (H.264 ...)".
+# Lists for help and error texts, such as ".ply (as 3DGS trainers write it, ...)" and ".mp4 (H.264 ...)".
 SCENES_READ = listed([f"{row.suffixes[0]} ({row.note})" for row in SCENE_FORMATS])
 MOVING_READ = listed([row.note for row in MOVING_FORMATS])
 CAMERAS_READ = listed([row.name for row in _READ["camera"]])
@@ -156,22 +156,22 @@ def takes_strips(path: str | Path) -> bool:
 
 
 def holds_depth(path: str | Path) -> bool:
-    """Whether a picture that is written to this path holds the depth of the frame."""
+    """Whether a picture with this suffix holds the depth of the frame."""
     picture_format = find_written("picture", path)
     return picture_format is not None and picture_format.holds_depth
 
 
 def is_drawing(path: str | Path) -> bool:
-    """Whether strokes are written to this path as paths."""
+    """Whether a file with this suffix holds strokes as vector paths."""
     return find_written("drawing", path) is not None
 
 
 def is_layered(path: str | Path) -> bool:
-    """Whether a painting is written to this path as layers for painting programs."""
+    """Whether a file with this suffix holds a painting as layers for painting programs."""
     return find_written("layered", path) is not None
 
 
 def holds_alpha(path: str | Path) -> bool:
-    """Whether a picture that is written to this path holds the transparency of the frame."""
+    """Whether a picture with this suffix holds the transparency of the frame."""
     picture_format = find_written("picture", path)
     return picture_format is not None and picture_format.holds_alpha

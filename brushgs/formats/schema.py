@@ -1,12 +1,12 @@
-"""Untrusted JSON is parsed only if the result fits in memory, and becomes msgspec structs.
+"""Parse untrusted JSON into msgspec structs, if the result fits in memory.
 
 Text grows when it is parsed: "[]," is three bytes and takes 72 bytes as a list in a list. So the memory is
-estimated from the punctuation before a file is parsed. What does not fit a struct is one sentence: file,
-place, rule, value.
+estimated from the punctuation before a file is parsed. A value that does not fit its struct gives an error of
+one sentence: file, place, rule, value.
 
-Regular files are decoded at once. Any other file is parsed again by the standard library, which finds the
-value at fault, and takes what msgspec does not: NaN in a field that nobody reads, 3.0 for a whole number, a
-byte order mark.
+msgspec decodes valid files directly. Any other file is parsed again by the standard library, to find the
+wrong value, or to accept what msgspec refuses: NaN in a field that is not read, 3.0 for an integer, a byte
+order mark.
 """
 
 import codecs
@@ -27,23 +27,23 @@ from brushgs.options.table import listed
 from brushgs.values.arrays import F64
 
 MAX_BYTES = 1 << 25  # of a file; 40,000 views as nerfstudio writes them take some 20 MB
-# Bytes of memory beside twice the file, less what the parser and the interpreter need temporarily.
+# Bytes of memory allowed beyond twice the file size, not counting temporary memory of parser and interpreter.
 _ALLOWED = 80 << 20
-# Most bytes of memory that each of these marks stands for: a number and its place in a list; a list; an
-# object with its camera; an entry; half of a string. Measured with CPython 3.11, rounded up.
+# Most bytes of memory for each punctuation mark: "," a number and its place in a list, "[" a list, ":" an
+# entry of an object, '"' half of a string. Measured with CPython 3.11, rounded up.
 _COST = {b",": 34, b"[": 96, b":": 30, b'"': 27}
-OBJECT = 900  # of the mark of an object
-SMALL_OBJECT = 280  # of one with up to five entries, from which nothing larger is made
-_WHOLE = 1 << 53  # below, floats are all whole numbers exactly
+OBJECT = 900  # bytes for "{": an object with the camera made of it
+SMALL_OBJECT = 280  # bytes for an object of up to five entries from which nothing larger is made
+_WHOLE = 1 << 53  # integers of smaller magnitude are exact as floats
 _SHOWN, _FEW = 60, 16  # characters of a value in a message, and entries of a list that are shown
 
 
 def read_json(path: Path, cure: str) -> object:
-    """The content of a JSON file; `cure` says what to give in place of one that is no JSON.
+    """Parse a JSON file; `cure` says in messages what to give instead of a file that is no JSON.
 
     Raises:
         SceneError: if there is no such regular file, it is larger than 32 MiB, would take more memory than
-            twice its size and 100 MB, or is no JSON in UTF-8.
+            twice its size plus 100 MB, or is no JSON in UTF-8.
     """
     content = read_whole(path, MAX_BYTES)
     check_memory(path, content)
@@ -51,21 +51,21 @@ def read_json(path: Path, cure: str) -> object:
 
 
 def check_memory(path: Path, content: bytes, object_bytes: int = OBJECT, *, has_names: bool = False) -> None:
-    """Refuse JSON text of at most `MAX_BYTES` whose values would not fit in memory.
+    """Raise SceneError if the values of JSON text would take too much memory.
 
-    `object_bytes` is the memory that an object and what is made of it takes; `has_names` whether strings are
-    used, as names of files are, so that characters beyond ASCII matter.
+    `object_bytes` is the memory for an object and what is made of it; `has_names` is whether strings are
+    used, for example as file names, so that characters beyond ASCII matter.
     """
     needed = sum(content.count(mark) * cost for mark, cost in (_COST | {b"{": object_bytes}).items())
     if b"\\u" in content or (has_names and not content.isascii()):
-        needed += 4 * len(content)  # one such character, and its string takes four bytes a character
+        needed += 4 * len(content)  # one character beyond ASCII: its string takes up to 4 bytes a character
     if needed > _ALLOWED + len(content):
         rule = f"would take {needed >> 20} MiB of memory for {len(content) / 2**20:.1f} MiB of text"
         raise SceneError(path, f"{rule}; split it, or remove what is not needed")
 
 
 def parse_checked(path: Path, content: bytes, cure: str, *, has_names: bool = False) -> Any:
-    """The value of JSON text that `check_memory` let pass. Numbers that are not finite become text."""
+    """Parse JSON text that passed `check_memory`. Numbers that are not finite become `NotFinite`."""
     try:
         return parse_json(content.decode("utf-8-sig") if has_names else _text(content))
     except RecursionError:
@@ -77,7 +77,7 @@ def parse_checked(path: Path, content: bytes, cure: str, *, has_names: bool = Fa
 def parse_json(text: str) -> Any:
     """Parse JSON. Raises ValueError, or RecursionError if it is nested too deeply.
 
-    Whole numbers are integers, also 3.0; what is not finite is `NotFinite`.
+    Integral numbers become int, even 3.0; numbers that are not finite become `NotFinite`.
     """
     return json.loads(text, parse_int=_number, parse_float=_number, parse_constant=NotFinite)
 
@@ -94,14 +94,14 @@ def _number(text: str) -> float | str:
 
 
 def as_count(value: object, most: int) -> int | None:
-    """A parsed number as an integer, if it is one of 0 to `most`; else None."""
+    """A parsed number as an int if it is integral and in 0 to `most`; else None."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= most or value % 1:
         return None
     return int(value)
 
 
 def shown(value: object, length: int = _SHOWN, depth: int = 3) -> str:
-    """The beginning of a value as JSON, for a message; the rest is not converted."""
+    """The first `length` characters of a value as JSON, for messages; long values are converted in part."""
     if isinstance(value, list):
         parts = [shown(part, length, depth - 1) for part in value[:_FEW]] if depth else ["..."]
         text = f"[{', '.join(parts)}{', ...' if len(value) > _FEW else ''}]"
@@ -111,14 +111,14 @@ def shown(value: object, length: int = _SHOWN, depth: int = 3) -> str:
         text = value
     elif isinstance(value, str):
         text = json.dumps(value[:length])
-    else:  # 3.0 was written as 3, mostly
+    else:  # show 3.0 as 3, as it was probably written
         is_whole = isinstance(value, float) and value.is_integer() and abs(value) < _WHOLE
         text = json.dumps(int(value) if is_whole else value)  # type: ignore[call-overload]
     return text[:length]
 
 
 def _text(content: bytes) -> str:
-    """One byte a character: other characters become "?", for names of pictures are not used here.
+    """UTF-8 text with each byte beyond ASCII replaced by "?", for callers that use no strings.
 
     Raises UnicodeDecodeError if it is not UTF-8.
     """
@@ -136,7 +136,7 @@ _ASCII = bytes(byte if byte < 128 else ord("?") for byte in range(256))
 
 T = TypeVar("T")
 _FINITE = Meta(description="a finite number")
-# Numbers in lists, or lists in lists, of a shape that `shaped` checks.
+# Numbers in up to three levels of lists; `shaped` checks their shape.
 Numbers = list[Annotated[float | list[Annotated[float | list[float], _FINITE]], _FINITE]]
 
 _FAULT = re.compile(r"(.*?)(?: - at `(?:key in )?\$(.*)`)?", re.DOTALL)
@@ -152,13 +152,13 @@ def decode(
     object_bytes: int = OBJECT,
     has_names: bool = False,
 ) -> T:
-    """The content of a JSON file, or of its JSON, as a struct or a list of structs; all numbers are finite.
+    """Decode JSON text to a struct or a list of structs; all numbers are finite.
 
-    `cure` says in messages what to do about a file that does not fit, and `root` what an entry of a list at
-    the top is one of, such as "cameras"; for the others see `check_memory`.
+    `cure` says in messages what to do about a file that does not fit, and `root` names the list if the
+    top-level value is one, such as "cameras"; for the others see `check_memory`.
 
     Raises:
-        SceneError: if it would take too much memory, is no JSON, or a value in it does not fit.
+        SceneError: if the value would take too much memory, the text is no JSON, or a value does not fit.
     """
     check_memory(path, content, object_bytes, has_names=has_names)
     try:
@@ -169,7 +169,7 @@ def decode(
 
 
 def convert(path: Path, value: object, kind: type[T], cure: str, root: str = "") -> T:
-    """A parsed value as a struct; see `decode`. `root` is the place of the value."""
+    """Convert a parsed value to a struct as `decode` does. `root` is the place of the value for messages."""
     try:
         return msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
@@ -181,37 +181,37 @@ def convert(path: Path, value: object, kind: type[T], cure: str, root: str = "")
 
 
 def fault(error: msgspec.ValidationError, value: object, kind: type) -> str:
-    """What is wrong with a parsed value, without file and cure: "brush_counts[0] must be ..."."""
+    """The message about a wrong value, without file and cure: "brush_counts[0] must be ..."."""
     return _sentence(str(error), value, kind, "", "").removesuffix("; ")
 
 
 def refused(path: Path, place: str, rule: str, value: object, cure: str) -> SceneError:
-    """The error of a value that its type does not show, in the words of `decode`."""
+    """The error for a value that breaks a rule beyond its type, worded as by `decode`."""
     return SceneError(path, f"{place} must be {rule}, got {shown(value)}; {cure}".lstrip())
 
 
 def missing(path: Path, place: str, rule: str, cure: str) -> SceneError:
-    """The error of a field that is needed because of others."""
+    """The error for a missing field that other fields require."""
     return SceneError(path, f"{place} is missing, it must be {rule}; {cure}")
 
 
 def shaped(values: object, *shapes: tuple[int, ...]) -> F64 | None:
-    """Numbers in the first shape that their count fits, nested or not; None if they fit none."""
+    """Numbers, nested or not, reshaped to the first shape of their size; None if there is none."""
     try:
         array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):  # a list beside a number
+    except (TypeError, ValueError):  # a ragged list
         return None
     shape = next((shape for shape in shapes if prod(shape) == array.size), None)
     return None if shape is None else array.reshape(shape)
 
 
 def _sentence(fault: str, value: Any, kind: Any, cure: str, root: str) -> str:
-    """The message of msgspec in our words."""
+    """A message of msgspec, reworded."""
     message, steps = cast(re.Match[str], _FAULT.fullmatch(fault)).groups(default="")
     info, place = inspect.type_info(kind), root + steps if root else steps.removeprefix(".")
     for step in re.findall(r"[^.\[\]]+|\.\.\.", steps):
         info = _inside(info, step)
-        if step == "...":  # the value of a key that msgspec does not tell
+        if step == "...":  # msgspec does not tell the key
             value = None
         elif value is not None:
             value = value[int(step) if isinstance(value, list) else step]
@@ -224,7 +224,7 @@ def _sentence(fault: str, value: Any, kind: Any, cure: str, root: str) -> str:
         near = get_close_matches(field, names, 1)
         known = f", the nearest is {near[0]!r}" if near else f" among {', '.join(names)}"
         return f"{within[:200]} is no known field{known}; remove or correct it"
-    if message.startswith("."):  # of a `__post_init__`: ".field must be ..."
+    if message.startswith("."):  # from a `__post_init__`: ".field must be ..."
         return f"{place}{message}; {cure}".removeprefix(".")
     is_long = "length" in message and isinstance(value, list) and len(value) > _FEW
     got = f"{len(value)} entries" if is_long else shown(value)
@@ -233,7 +233,7 @@ def _sentence(fault: str, value: Any, kind: Any, cure: str, root: str) -> str:
 
 
 def _members(info: Any) -> list[Any]:
-    """A type without its metadata; those of a union, without null."""
+    """The members of a union type, without null; a list of one for any other type."""
     if isinstance(info, inspect.Metadata):
         return _members(info.type)
     if isinstance(info, inspect.UnionType):
@@ -242,7 +242,7 @@ def _members(info: Any) -> list[Any]:
 
 
 def _inside(info: Any, step: str) -> Any:
-    """The type of a field, or of an entry."""
+    """The type of a field or an entry."""
     for one in _members(info):
         for field in getattr(one, "fields", ()):
             if field.encode_name == step:
@@ -256,7 +256,7 @@ def _inside(info: Any, step: str) -> Any:
 
 
 def _rule(info: Any) -> str:
-    """What a value must be, by its description or else by its type and range."""
+    """What a value must be, in words: its description, else its type and range."""
     if isinstance(info, inspect.Metadata):
         described = (info.extra_json_schema or {}).get("description")
         return str(described) if described else _rule(info.type)
@@ -284,7 +284,7 @@ def _number_rule(info: Any) -> str:
 
 
 def _span(low: float | None, high: float | None, above: str = " ") -> str:
-    """A range, with a blank before it; empty where there is none."""
+    """A range in words with a blank before it; "" if there are no limits."""
     ends = [str(end) if isinstance(end, int) else f"{end:g}" for end in (low, high) if end is not None]
     if len(ends) == 2:
         return f"{above}{ends[0]} to {ends[1]}"

@@ -1,4 +1,4 @@
-"""A style file becomes a `Style`, and a `Style` a file that people can read and edit.
+"""Read a `Style` from a style file, JSON that people can read and edit; save one with `save_style`.
 
     {
       "brushgs": "style", "version": 1, "name": "monet",
@@ -12,14 +12,14 @@
       "edit": {"affine": [[1, 0, 0, 0], ...], "log_size": 0, "residual": {...}}
     }
 
-Of palette, marks and edit at least one is there; stage and lines may be there beside these. The fields are
-those of `Style`. Colours are "#rrggbb", numbers plain; only arrays are base64. The offsets of a colour are
-relative to it: who edits one colour moves all that is around it. An array is a list, of lists, of numbers, or
-packed: {"type": "float16", "shape": [128, 3], "data": base64}, little endian, where int8 stands for -1 to 1
-in steps of 1/127 and uint8 for 0 to 1 in steps of 1/255. A picture is {"type": "png", "data": base64}, 8 bits
-of grey; the atlas of a dictionary has red, green, blue and alpha, and its n marks lie in it row by row, see
-`MarkDictionary`. What an artist may write too: shares that do not add up to 1 (they are scaled so that they
-do), and a colour without offsets (it alone).
+At least one of palette, marks and edit is required; stage and lines are optional. The fields are those of
+`Style`. Colours are "#rrggbb" and numbers are plain; only arrays are base64. The offsets of a colour are
+relative to it, so editing the colour moves all colours around it. An array is a nested list of numbers, or
+packed: {"type": "float16", "shape": [128, 3], "data": base64}, little-endian; int8 encodes -1 to 1 in steps
+of 1/127, uint8 encodes 0 to 1 in steps of 1/255. A picture is {"type": "png", "data": base64} with 8 bits of
+grey; the atlas of a dictionary has red, green, blue and alpha, with its n marks row by row, see
+`MarkDictionary`. When edited by hand, shares need not add up to 1 (they are normalised), and a colour may
+have no offsets (then it stands for itself alone).
 """
 
 from pathlib import Path
@@ -49,16 +49,16 @@ from brushgs.values.style import (
 
 MARK, VERSION = "style", 1
 MAX_BYTES = 3_000_000
-MAX_ATLAS = 4_000_000  # pixels of the marks of a dictionary
-MAX_MARKS, MOST_MARK_TEXELS = 512, 128  # of a dictionary, and of a side of a mark
+MAX_ATLAS = 4_000_000  # pixels of the atlas of a dictionary
+MAX_MARKS, MOST_MARK_TEXELS = 512, 128  # marks of a dictionary, and texels a side of a mark
 ATLAS_COLUMNS = 16
 MAX_NAME = 80  # characters
 MAX_COLORS, MAX_BRUSHES, MAX_FEATURES = 64, 64, 64
 MAX_TEXELS = 256  # a side of a brush, and of the field of directions
-MAX_CELLS = 512  # a side of the map of a stage
-FARTHEST = 2.0  # of an offset, in a channel: colours lie in 0 to 1, and offsets within 1
-MOST_FACTOR = 1e3  # of the affine map
-MOST = 1e9  # of a number of the residual
+MAX_CELLS = 512  # a side of the maps of a stage
+FARTHEST = 2.0  # largest channel of an offset: colours lie in 0 to 1, and offsets within 1
+MOST_FACTOR = 1e3  # largest magnitude in the affine map
+MOST = 1e9  # largest magnitude in the residual
 CURE = "give a file that `brushgs style learn` wrote"
 _CURE, _LEARN = "correct it", "learn the style again"
 
@@ -163,11 +163,11 @@ def load_style(path: str | Path) -> Style:
     """Read a style from a file that `save_style` or `brushgs style learn` wrote, edited by hand or not.
 
     Args:
-        path: the file; its content decides, not its name.
+        path: the file, of any name.
 
     Raises:
-        SceneError: if there is no such regular file, it is larger than 3 MB, no style, of a later version,
-            or a field is missing, unknown or wrong; names the field.
+        SceneError: if there is no such regular file, it is larger than 3 MB, is no style, has a later
+            version, or a field is missing, unknown or wrong; the message names the field.
 
     Example:
         >>> from brushgs.values.style import StyleEdit
@@ -191,11 +191,11 @@ def load_style(path: str | Path) -> Style:
     return style_of(path, content)
 
 
-read_style = load_style  # within the program
+read_style = load_style  # the name used within the package
 
 
 def style_of(path: Path, content: bytes) -> Style:
-    """The style of the content of a file. Raises as `load_style` does."""
+    """Parse the content of a style file. Raises as `load_style` does."""
     later = "update brushgs, or learn the style again"
     check_begin(path, content, "style file", MARK, VERSION, cure=CURE, later=later)
     file = decode(path, content, _File, _CURE, has_names=True)
@@ -258,7 +258,7 @@ def _stage(path: Path, stage: _Stage) -> StyleStage:
 
 
 def _directions(path: Path, place: str, stored: Any, size: tuple[int | None, ...]) -> F32:
-    """[h, w, 2] of a length of at most 1: rounding to int8 may lengthen a unit vector."""
+    """[h, w, 2] vectors clamped to length 1, since rounding to int8 may lengthen a unit vector."""
     directions = array_of(path, place, stored, (*size, 2), 1.01, cure=_CURE)
     lengths = np.linalg.norm(directions, axis=2, keepdims=True)
     return np.asarray(directions / np.maximum(lengths, 1), np.float32)
@@ -315,7 +315,7 @@ def _edit(path: Path, edit: _Edit) -> StyleEdit:
 
 
 def _texels(path: Path, index: int, data: bytes) -> U8:
-    """The grey picture [h, w] of a brush."""
+    """The grey picture of a brush, [h, w]."""
     place = f"marks.brushes[{index}].data"
     rule = f"a PNG of 8 bits of grey and at most {MAX_TEXELS} texels a side"
     texels = png_of(path, place, data, rule, MAX_TEXELS**2, cure=_LEARN)
@@ -333,12 +333,12 @@ def save_style(style: Style, path: str | Path) -> None:
     """Write a style to a file *.style, which appears when it is complete; equal styles give equal bytes.
 
     Args:
-        style: has a palette, marks or an edit.
-        path: ends in .style.
+        style: must have a palette, marks or an edit.
+        path: must end in .style.
 
     Raises:
-        ValueError: if the suffix is another one, the style would take more than 3 MB, or a value is out of
-            the range that `brushgs.values.style` states; then nothing is written.
+        ValueError: if the suffix is wrong, the style would take more than 3 MB, or a value is out of the
+            range that `brushgs.values.style` states; then nothing is written.
         SceneError: if the file cannot be written.
 
     Example:

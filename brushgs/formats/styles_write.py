@@ -1,4 +1,4 @@
-"""Styles are written to JSON that people can edit; see `formats.styles`, which reads it."""
+"""Write styles as JSON that people can edit; `formats.styles` describes and reads it."""
 
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,7 @@ def write_style(style: Style, path: str | Path) -> None:
 
 
 def content_of(style: Style, path: Path) -> bytes:
-    """The bytes of a style file, which can be read again. `path` is for messages; raises ValueError."""
+    """The bytes of a style file. Raises ValueError if they could not be read back; `path` is for messages."""
     value: dict[str, Any] = {"brushgs": MARK, "version": VERSION, "name": style.name}
     if style.palette is not None:
         value["palette"] = [_color(color) for color in style.palette.colors]
@@ -43,13 +43,13 @@ def content_of(style: Style, path: Path) -> bytes:
 
 
 def _hex(rgb: NDArray[Any]) -> tuple[str, NDArray[Any]]:
-    """A colour as text, and as 0 to 255."""
+    """A colour as "#rrggbb", and as integers 0 to 255."""
     code = np.rint(255 * np.clip(rgb, 0, 1)).astype(int)
     return "#{:02x}{:02x}{:02x}".format(*code), code
 
 
 def _color(color: NamedColor) -> dict[str, Any]:
-    """One of a palette; offsets in half precision, relative to the colour as written."""
+    """A palette colour; offsets are float16, relative to the colour as rounded for the file."""
     text, code = _hex(color.rgb)
     offsets = color.offsets + (color.rgb - code / 255)
     share = round(float(color.share), 6)
@@ -57,7 +57,7 @@ def _color(color: NamedColor) -> dict[str, Any]:
 
 
 def _marks(marks: StyleMarks) -> dict[str, Any]:
-    """Directions are in steps of 1/127."""
+    """Marks as JSON; directions are in steps of 1/127."""
     value = {
         "length": float(marks.length),
         "aspect": float(marks.aspect),
@@ -78,7 +78,7 @@ def _marks(marks: StyleMarks) -> dict[str, Any]:
 
 
 def _dictionary(marks: MarkDictionary) -> dict[str, Any]:
-    """Colours in half precision; the marks row by row in one picture."""
+    """A dictionary as JSON: colours and shares in float16, the marks row by row in one picture."""
     num, height, width = marks.texels.shape[:3]
     rows = -(-num // ATLAS_COLUMNS)
     atlas = np.zeros((rows * ATLAS_COLUMNS, height, width, 4), np.uint8)
@@ -93,7 +93,7 @@ def _dictionary(marks: MarkDictionary) -> dict[str, Any]:
 
 
 def _edit(edit: StyleEdit) -> dict[str, Any]:
-    """The residual is in single precision."""
+    """An edit as JSON; arrays of the residual are float32."""
     return {
         "affine": [[float(number) for number in row] for row in edit.affine],
         "log_size": float(edit.log_size),

@@ -1,9 +1,9 @@
-"""The table of file formats. To add one: a module beside this one, and its line here.
+"""The table of file formats. To add a format, write a module beside this one and add its line here.
 
-What a file holds decides its format, where the format allows that, and not its name; the suffix of an output
-decides how it is written. Help and error texts, `brushgs info --formats`, the table in README.md, the tests
-and the fuzzer read this through `registry`. It imports nothing heavy: a function that reads or writes is
-named as "module:function" of this package, and imported when it is used.
+The content of an input decides its format where possible, not its name; the suffix of an output decides its
+format. Help and error texts, `brushgs info --formats`, the table in README.md, the tests and the fuzzer read
+this table through `registry`. It imports nothing heavy: functions that read or write are named as
+"module:function" of this package and imported on first use.
 """
 
 from collections.abc import Mapping
@@ -44,7 +44,7 @@ _PICTURES = (
     Format("BMP", "picture", (".bmp",), begins_with(b"BM"), read=""),
     Format("Radiance HDR", "picture", (".hdr",), begins_with(b"#?RADIANCE", b"#?RGBE"), read="",
         is_linear=True),
-    # Without transparency: so it is with the encoder in the wheels of PyAV, which takes none.
+    # Without transparency, because the encoder in the wheels of PyAV does not support it.
     Format("AVIF", "picture", (".avif",), write="pictures.libav:write_avif", bits=(8, 10),
         note="8 or 10 bit", holds_alpha=False, holds_metadata=False, package="av"),
 )
@@ -53,7 +53,7 @@ _SCENES = (
     Format("PLY file", "scene", (".ply",), begins_with(b"ply\n", b"ply\r"), read="scenes.ply:open_scene",
         write="scenes.ply_write:write_scene",
         note="as 3DGS trainers write it, or compressed by PlayCanvas or SuperSplat"),
-    # Read as any other PLY file: only its name tells what is to be written.
+    # Read as any other PLY file: this suffix only selects the format for writing.
     Format("compressed PLY file", "scene", (".compressed.ply",), write="scenes.ply_write:write_compressed",
         rounds=True),
     Format("SPZ scene", "scene", (".spz",), begins_with(b"\x1f\x8b", b"NGSP"), read="scenes.spz:open_scene",
@@ -78,7 +78,7 @@ _SCENES = (
     Format("picture", "scene", tuple(suffix for row in _PHOTOGRAPHS for suffix in row.suffixes),
         any_of(*(row.matches for row in _PHOTOGRAPHS)), read="scenes.picture:open_scene",
         note="a photograph, as a plane of Gaussians before its camera", is_alone=True),
-    # The last of those that are read: it has no mark of its own.
+    # The last format that is read, because it has no signature.
     Format(".splat scene", "scene", (".splat",), is_splat, read="scenes.splat:open_scene",
         write="scenes.splat:write_scene", note="32 bytes a Gaussian", rounds=True),
     Format(".lcc scene", "scene", (".lcc",), has_suffix(".lcc"),
@@ -86,9 +86,9 @@ _SCENES = (
 )
 _NETWORK = "whose motion is a network"
 _SCENE_SUFFIXES = tuple(s for row in _SCENES if row.write for s in row.written or row.suffixes)
-# Lists and folders of scene files, one a moment, are no line of this table.
+# Lists and folders of scene files, one per moment, are not in this table.
 _CLIPS = (
-    # What is refused stands before what it could be taken for.
+    # Refused formats come before the formats that they could be mistaken for.
     Format("4DGaussians model", "clip", (".pth",),
         holds("deformation.pth", "iteration_*/deformation.pth", "point_cloud/iteration_*/deformation.pth",
             "deformation_table.pth", "deformation_accum.pth"),
@@ -124,7 +124,7 @@ _CLIPS = (
 )
 _CAMERA_CURE = "export its cameras as glTF (.glb) or USD"
 _CAMERAS = (
-    # JSON is recognised by its fields, any other format by its path.
+    # JSON is matched by its fields, any other format by its path.
     Format("cameras.json of a 3DGS training", "camera", (".json",), read="cameras.views:read_trained",
         key="", file="cameras.json"),
     Format("camera_path.json of the nerfstudio viewer", "camera", (".json",),
@@ -163,11 +163,11 @@ _LAYERED = (
         holds_metadata=False, note="the same layers, by the package psd-tools"),
 )
 VIDEO_CODECS: Mapping[str, VideoCodec] = {
-    # One chroma sample for each 2 x 2 pixels, so sides are even; x264 refuses longer ones.
+    # One chroma sample for each 2 x 2 pixels, so sides must be even; x264 refuses longer sides.
     "h264": VideoCodec("H.264", max_side=16384, has_even_sides=True),
-    # x265 refuses shorter sides, and hangs where one is twice as long.
+    # x265 refuses shorter sides, and hangs on a side of twice this maximum.
     "h265": VideoCodec("H.265", bits=(10, 8), min_side=16, max_side=8192, has_even_sides=True),
-    # libav takes 10 of the 12 bits that the format has.
+    # libav encodes 10 of the 12 bits of the format.
     "prores": VideoCodec("ProRes 4444", bits=(10,), holds_alpha=True),
     "vp9": VideoCodec("VP9", holds_alpha=True),
     "gif": VideoCodec("GIF", "pictures.gif:GifVideo"),
@@ -179,7 +179,7 @@ _VIDEOS = (
     _video("QuickTime", ".mov", container="mov", codecs=("prores", "h265", "h264")),
     _video("WebM", ".webm", container="webm", codecs=("vp9",)),
     _video("Matroska", ".mkv", container="matroska", codecs=("h264", "h265")),
-    # Delays count in hundredths of a second, and viewers take a delay of 1 for 10.
+    # Delays are in hundredths of a second, and viewers replace a delay of 1 by 10.
     _video("GIF", ".gif", container="gif", codecs=("gif",), max_fps=50, holds_metadata=False),
 )
 _STYLES = (

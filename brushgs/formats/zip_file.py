@@ -1,4 +1,4 @@
-"""Zip archives, of which nothing is trusted: their directory is bounded, and what is wrong is one error."""
+"""Read untrusted zip archives: the size of the directory is limited, and every fault is a SceneError."""
 
 import zipfile
 import zlib
@@ -10,7 +10,7 @@ from typing import BinaryIO
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain
 
-# Of an archive: 20,000 entries, which take 12 MB in memory. Scenes have about ten.
+# Most bytes of a directory: 20,000 entries, which take 12 MB in memory. Scenes have about ten.
 _MAX_DIRECTORY_BYTES = 1 << 20
 _PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # others may ask for gigabytes of memory
 ZIP_FAULTS = (
@@ -21,15 +21,15 @@ ZIP_FAULTS = (
     RuntimeError,
     NotImplementedError,
     ValueError,
-)  # what reading an archive or a member may raise
+)  # errors that reading an archive or a member may raise
 
 
 @contextmanager
 def open_zip(path: Path) -> Iterator[zipfile.ZipFile]:
-    """The archive that a scene lies in.
+    """Open the zip archive of a scene.
 
     Raises:
-        SceneError: if it is damaged or has a huge directory.
+        SceneError: if it is damaged or its directory is too large.
     """
     with open_plain(path, "scene file") as file:
         bounded = _Bounded(file)
@@ -44,16 +44,17 @@ def open_zip(path: Path) -> Iterator[zipfile.ZipFile]:
 
 
 def why_not_read(member: zipfile.ZipInfo) -> str | None:
-    """Why a member is not read, as a clause; None if it is."""
+    """Why a member cannot be read, as a clause; None if it can."""
     if member.flag_bits & 1:
         return "is encrypted"
     return None if member.compress_type in _PACKINGS else "is packed in a way that is not read"
 
 
 def read_member(path: Path, archive: zipfile.ZipFile, name: str, most: int, cure: str) -> bytes:
-    """A file of an archive.
+    """The content of a member of an archive.
 
-    Raises KeyError if there is none of that name; SceneError if it is damaged or larger than `most` bytes.
+    Raises KeyError if there is no such member; SceneError if it is encrypted, in an unsupported compression,
+    damaged, or larger than `most` bytes.
     """
     member = archive.getinfo(name)
     fault = why_not_read(member)
@@ -69,7 +70,7 @@ def read_member(path: Path, archive: zipfile.ZipFile, name: str, most: int, cure
 
 
 class _Bounded:
-    """A file of which no more than so many bytes are read at a time: the directory of an archive."""
+    """A file that limits each read to `most` bytes, while the directory of an archive is read."""
 
     def __init__(self, file: BinaryIO) -> None:
         self.most: int | None = _MAX_DIRECTORY_BYTES
@@ -77,7 +78,7 @@ class _Bounded:
         self.seek, self.tell, self.seekable, self.close = file.seek, file.tell, file.seekable, file.close
 
     def read(self, size: int = -1) -> bytes:
-        """As of a file. Raises BadZipFile if it is too much."""
+        """Read as a file does. Raises BadZipFile if there are more than `most` bytes."""
         if self.most is None:
             return self._file.read(size)
         content = self._file.read(self.most + 1 if size < 0 else min(size, self.most + 1))

@@ -1,10 +1,10 @@
-"""The columns of a scene while a file is read into them, and what its numbers mean.
+"""The columns into which a scene file is read, and the encoding of their numbers.
 
-Some exporters store scales and opacities directly in place of their logarithms and logits, rotations as
-x, y, z, w, or plain RGB in place of spherical harmonics. The file does not state it: the caller must, or
-`brushgs doctor`, which detects it from the numbers. Bands of spherical harmonics that are zero in every row
-are not loaded, which changes no picture. Rows that cannot be drawn are found, dropped, and reported in one
-sentence; a view-dependent coefficient of colour that is not finite costs no row: it counts as 0.
+Some exporters store scales and opacities directly instead of their logarithms and logits, rotations as
+x, y, z, w, or plain RGB instead of spherical harmonics. The file does not state this: the caller must, or
+`brushgs doctor` detects it from the numbers. Bands of spherical harmonics that are zero in every row are not
+loaded, which changes no picture. Rows that cannot be drawn are dropped and reported in one warning; a
+view-dependent colour coefficient that is not finite counts as 0 and its row is kept.
 """
 
 import warnings
@@ -31,7 +31,7 @@ _WORDS = {"scales": Scales, "opacities": Opacities, "quats": Quats, "colors": Co
 
 @dataclass(frozen=True)
 class Encoding:
-    """What the columns of a file hold. The defaults are the standard layout, which trainers write.
+    """The encoding of the columns of a file. The defaults are the standard layout, which trainers write.
 
     Attributes:
         scales: "log" for natural logarithms, "linear" for standard deviations in world units.
@@ -40,7 +40,7 @@ class Encoding:
         colors: what f_dc holds: "sh" for coefficients, "rgb" for display-encoded 0 to 1, "byte" for 0 to 255.
 
     Raises:
-        ValueError: if a word is none of these.
+        ValueError: if a value is none of these.
     """
 
     scales: Scales = "log"
@@ -64,15 +64,15 @@ STANDARD = Encoding()
 Reading = Encoding  # the former public name, kept for callers
 
 
-# An opacity of 1 that passed through other arithmetic may lie this far above 1; more is no opacity.
+# Rounding may raise an opacity of 1 by up to this; larger values are no opacities.
 OPACITY_SLACK = 1e-3
-# A scene in memory has 4 bytes a number; a large file with less than one per number is malicious or damaged.
+# A scene in memory takes 4 bytes a number; a large file with less than 1 byte a number is bad or malicious.
 _MAX_GROWTH, _SMALL_SCENE = 4, 64 << 20
 
 
 @dataclass
 class Columns:
-    """Arrays of n rows to be filled; scales and opacities hold logs and logits until `activate`."""
+    """Arrays of n rows to be filled; scales and opacities are logs and logits until `activate`."""
 
     means: F32  # [n, 3]
     quats: F32  # [n, 4]
@@ -83,23 +83,23 @@ class Columns:
 
     @classmethod
     def empty(cls, num_rows: int, num_terms: int, *, has_brushes: bool = False) -> "Columns":
-        """Uninitialised columns of so many rows and spherical-harmonic terms."""
+        """Uninitialised columns of `num_rows` rows with `num_terms` spherical-harmonic terms."""
         shapes = (3,), (4,), (3,), (), (num_terms, 3)
         columns = cls(*(np.empty((num_rows, *shape), np.float32) for shape in shapes))
         columns.brushes = np.empty(num_rows, np.uint8) if has_brushes else None
         return columns
 
     def _present(self) -> dict[str, NDArray[Any]]:
-        """The columns that there are, by name."""
+        """The columns that are not None, by name."""
         columns = {field.name: getattr(self, field.name) for field in fields(self)}
         return {name: column for name, column in columns.items() if column is not None}
 
     @classmethod
     def joined(cls, parts: "list[Columns]") -> "Columns":
-        """The rows of all parts in order, with as many spherical-harmonic terms as the most of them have.
+        """The rows of all parts in order, with the largest number of spherical-harmonic terms of any part.
 
         The parts are emptied column by column, so that little more than the scene is in memory at once.
-        Brushes are dropped: they are rows of different sets.
+        Brushes are dropped, since parts number them differently.
         """
         if len(parts) == 1:
             return parts[0]
@@ -110,7 +110,7 @@ class Columns:
             for part in parts:
                 values = getattr(part, name)
                 rows = column[start : start + len(values)]
-                if values.ndim == 3:  # a scene of a lower degree has zeros above it
+                if values.ndim == 3:  # pad a part of lower degree with zeros
                     rows[:, values.shape[1] :] = 0
                     rows = rows[:, : values.shape[1]]
                 rows[:] = values
@@ -123,17 +123,17 @@ class Columns:
         return Columns(**{name: column[start:stop] for name, column in self._present().items()})
 
     def move(self, rows: NDArray[np.bool_] | slice, start: int) -> None:
-        """Copy the selected rows to `start` and after."""
+        """Copy the selected rows to the rows from `start` on."""
         for column in self._present().values():
             selected = column[rows]
             column[start : start + len(selected)] = selected
 
     def standardize(self, encoding: Encoding) -> None:
-        """Turn raw values of an encoding into those of the standard layout, in place.
+        """Convert raw values of an encoding to the standard layout, in place.
 
-        A value that has no counterpart (a negative scale, an opacity outside 0 to 1) becomes NaN, whose row
-        is then dropped like any other. A scale of 0 becomes -infinity and opacities of 0 and 1 become
-        infinite, which is right.
+        A value without a counterpart (a negative scale, an opacity outside 0 to 1) becomes NaN, so its row is
+        dropped later. A scale of 0 becomes -infinity, and opacities of 0 and 1 become -infinity and infinity,
+        which are valid.
         """
         with np.errstate(all="ignore"):
             if encoding.scales == "linear":
@@ -151,7 +151,7 @@ class Columns:
                 self.sh[:, 0] = (self.sh[:, 0] / full - 0.5) / C0
 
     def activate(self, *, is_logit: bool) -> None:
-        """Turn log-scales into scales and logits into opacities, in place.
+        """Convert log-scales to scales and, if `is_logit`, logits to opacities, in place.
 
         1 / (1 + exp(-x)) is exact at both ends: an exp that overflows gives 0, infinity gives 1.
         """
@@ -171,19 +171,19 @@ class Columns:
 def check_decoded_size(
     path: Path, num_rows: int, num_terms: int, size: int, *, row_size: int = 0, max_growth: int = _MAX_GROWTH
 ) -> None:
-    """Compare the memory that a scene will take with the size of its file, before it is allocated.
+    """Check the memory that a scene will take against the size of its file, before allocating it.
 
     Args:
         path: the file, for the message.
-        num_rows: Gaussians that it states.
-        num_terms: spherical-harmonic terms of each.
+        num_rows: number of Gaussians that it states.
+        num_terms: spherical-harmonic terms of each Gaussian.
         size: bytes of the whole file.
-        row_size: bytes of a Gaussian that are in memory beside it, of formats that are decompressed first.
-        max_growth: how many times the file the scene may take beyond 64 MiB: 16 bytes of the compressed PLY
-            layout become 56, but a file of single bytes in place of floats would fill the memory.
+        row_size: additional bytes in memory per Gaussian, for formats that are decompressed first.
+        max_growth: most bytes in memory per byte of the file, beyond 64 MiB: 16 bytes of the compressed PLY
+            layout become 56, but a file with single bytes for floats could fill the memory.
 
     Raises:
-        SceneError: if it takes more.
+        SceneError: if the scene would take more.
     """
     decoded = num_rows * (4 * (11 + 3 * num_terms) + row_size)
     if decoded > max_growth * size + _SMALL_SCENE:
@@ -192,12 +192,12 @@ def check_decoded_size(
 
 
 def unpack_quats(largest: NDArray[np.signedinteger[Any]], small: F32, out: F32) -> None:
-    """Write unit quaternions w x y z, [n, 4], of which the largest component is not stored.
+    """Restore unit quaternions w x y z from their three smaller components.
 
     Args:
-        largest: [n] which one that is; it is positive and follows from the unit length.
-        small: [n, 3] the others in order.
-        out: where they go.
+        largest: [n] index of the omitted component, which is positive and follows from the unit length.
+        small: [n, 3] the other components in order.
+        out: [n, 4] target.
     """
     rest = np.sqrt(np.maximum(1 - np.square(small).sum(axis=1), 0))
     for index in range(4):
@@ -209,10 +209,10 @@ _SEARCHED_ROWS = 1 << 14
 
 
 def find_used_terms(num_terms: int, num_rows: int, is_used: Callable[[int, int, slice], bool]) -> int:
-    """The number of terms up to the highest band that is not zero in every row, of 1, 4, 9 or 16 terms.
+    """The number of terms (1, 4, 9 or 16) up to the highest band that is not zero in every row.
 
-    `is_used` says whether any of the terms `start` to `stop` is not zero in some rows; it is asked for blocks
-    of rows until the answer is known, for most scenes once.
+    `is_used(start, stop, rows)` tells whether any of the terms `start` to `stop` is nonzero in a block of
+    rows; it is called block by block until the result is known, for most scenes once.
     """
     for degree in (3, 2, 1):
         start, stop = degree**2, (degree + 1) ** 2
@@ -225,7 +225,7 @@ def find_used_terms(num_terms: int, num_rows: int, is_used: Callable[[int, int, 
 
 
 def drop_zero_bands(columns: Columns) -> None:
-    """Drop the highest bands that are zero in every row, for formats where only decoding shows it."""
+    """Drop the highest bands if they are zero in every row, for formats without `RowSource.count_used`."""
     used = find_used_terms(
         columns.sh.shape[1],
         len(columns.sh),
@@ -239,22 +239,22 @@ _MAX_LOG = np.log(np.finfo(np.float32).max)  # exp of a larger log-scale overflo
 
 @dataclass
 class Dropped:
-    """Rows of a file that were dropped, and numbers that count as zero."""
+    """Counts of dropped rows and of rows with coefficients set to zero, with the first of each."""
 
-    num_broken: int = 0  # rows with NaN, or infinity where it has no meaning
-    broken: tuple[int, str, float] | None = None  # the first of them: row, column, value
+    num_broken: int = 0  # rows with NaN, or with infinity where it is invalid
+    broken: tuple[int, str, float] | None = None  # the first such value: row, column, value
     num_unrotated: int = 0  # other rows whose quaternion is zero
-    unrotated: int | None = None  # the first of them
+    unrotated: int | None = None  # the first such row
     num_zeroed: int = 0  # rows with view-dependent coefficients that were not finite
-    zeroed: tuple[int, str, float] | None = None  # the first of these: row, column, value
+    zeroed: tuple[int, str, float] | None = None  # the first such coefficient: row, column, value
 
     @property
     def num_rows(self) -> int:
-        """All dropped rows."""
+        """The number of dropped rows."""
         return self.num_broken + self.num_unrotated
 
     def add(self, later: "Dropped") -> None:
-        """Add the rows dropped further down the file."""
+        """Add the counts of later rows of the file."""
         self.num_broken += later.num_broken
         self.num_unrotated += later.num_unrotated
         self.broken = self.broken or later.broken
@@ -263,7 +263,7 @@ class Dropped:
         self.zeroed = self.zeroed or later.zeroed
 
     def report(self, path: Path, num_rows: int) -> None:
-        """Warn once of all dropped rows of so many, and once of all that counts as zero.
+        """Warn once about all dropped rows of `num_rows`, and once about all coefficients set to zero.
 
         Raises SceneError if all rows were dropped.
         """
@@ -289,11 +289,11 @@ class Dropped:
         warnings.warn(SceneWarning(message), stacklevel=3)
 
 
-Faults = Iterable[tuple[str, NDArray[np.floating[Any]], Mask]]  # name of a column, its values, which are bad
+Faults = Iterable[tuple[str, NDArray[np.floating[Any]], Mask]]  # name, values and bad rows of a column
 
 
 def drop_faults(block: Columns, first_row: int, num_rest: int) -> Dropped:
-    """Move the rows that can be drawn to the front of a block, in order. Takes the same as `find_faults`."""
+    """Move the drawable rows to the front of a block, in order. Arguments are as in `find_faults`."""
     keep, dropped = find_faults(block, first_row, num_rest)
     if keep is not None:
         block.move(keep, 0)
@@ -303,16 +303,16 @@ def drop_faults(block: Columns, first_row: int, num_rest: int) -> Dropped:
 def find_faults(
     block: Columns, first_row: int, num_rest: int, more: Faults = ()
 ) -> tuple[Mask | None, Dropped]:
-    """The rows of a block that cannot be drawn; view-dependent coefficients that are not finite become zero.
+    """Find undrawable rows of a block; set view-dependent coefficients that are not finite to 0.
 
     Args:
-        block: some rows in the standard layout: log-scales, and logits or opacities.
-        first_row: row of the file that the block begins with, for messages.
-        num_rest: f_rest coefficients per channel in the file, for the names of columns in messages.
-        more: of columns that a format has beside the standard ones.
+        block: rows in the standard layout: log-scales, and logits or opacities.
+        first_row: row of the file at which the block begins, for messages.
+        num_rest: f_rest coefficients per channel in the file, for column names in messages.
+        more: faults of further columns of the format.
 
     Returns:
-        Which rows can be drawn, None where all can; and the others.
+        A mask of the drawable rows, or None if all are; and the dropped rows.
     """
     more = list(more)
     if _is_sound(block) and not any(is_bad.any() for _, _, is_bad in more):
@@ -340,7 +340,7 @@ def find_faults(
 
 
 def _is_sound(block: Columns) -> bool:
-    """Whether every row can be drawn; False may only mean that each value must be checked.
+    """Whether every row is certainly drawable; if False, each value must be checked.
 
     The largest and smallest value of a column reveal NaN and infinity without a mask of its size.
     """
@@ -351,9 +351,9 @@ def _is_sound(block: Columns) -> bool:
 
 
 def _faults_of(block: Columns, num_rest: int) -> Iterator[tuple[str, F32, Mask]]:
-    """Name, values and mask of broken rows of each column as the file names it.
+    """Yield the name in the file, the values and the mask of broken rows of each column.
 
-    A log-scale of -infinity is a scale of 0, a logit of infinity an opacity of 1 or 0: both are valid.
+    A log-scale of -infinity is a scale of 0, an infinite logit is an opacity of 0 or 1: both are valid.
     """
     for index, name in enumerate("xyz"):
         yield name, block.means[:, index], ~np.isfinite(block.means[:, index])
@@ -367,7 +367,7 @@ def _faults_of(block: Columns, num_rest: int) -> Iterator[tuple[str, F32, Mask]]
 
 
 def _zero_rest(block: Columns, kept: Mask, first_row: int, num_rest: int) -> Dropped:
-    """Make view-dependent coefficients of rows that are `kept` zero where they are not finite, in place."""
+    """Set view-dependent coefficients of `kept` rows that are not finite to 0, in place."""
     is_bad = ~np.isfinite(block.sh[:, 1:]) & kept[:, None, None]
     if not is_bad.any():
         return Dropped()

@@ -1,7 +1,7 @@
-"""A photograph as a scene of one layer: a plane of Gaussians, small ones where the picture has detail.
+"""Turn a photograph into a scene of one layer: a plane of Gaussians, smaller where the picture has detail.
 
-The plane lies before its camera, one unit away; up is -y. A quadtree divides the picture: cells whose
-lightness varies little stay large.
+The plane lies one unit in front of its camera; up is -y. A quadtree divides the picture: cells with little
+variation of lightness stay large.
 """
 
 from collections.abc import Iterator
@@ -20,11 +20,11 @@ from brushgs.values.camera import Camera
 from brushgs.values.colors import split_alpha
 from brushgs.values.sh import C0
 
-LARGEST = 16  # pixels of a side of a cell, which is a power of 2
-MOST_CELLS = 500_000  # of the smallest size, which is larger in larger pictures
-VARIED = 0.02  # standard deviation of lightness, display-encoded, from which a cell is divided
-REACH, THIN = 0.6, 0.05  # standard deviations of a Gaussian: in the plane, of its cell, and across it
-OPACITY, FAINTEST = 0.98, 0.5  # of a Gaussian, and least alpha of a cell that has one
+LARGEST = 16  # pixels a side of the largest cell, a power of 2
+MOST_CELLS = 500_000  # cells of the smallest size, which grows with the picture
+VARIED = 0.02  # standard deviation of display-encoded lightness above which a cell is divided
+REACH, THIN = 0.6, 0.05  # standard deviation of a Gaussian in cell sides; its factor across the plane
+OPACITY, FAINTEST = 0.98, 0.5  # opacity of a Gaussian, and least alpha of a cell with a Gaussian
 FOV_Y = radians(50.0)
 MOST_PIXELS = 50_000_000
 _BLOCK_ROWS = 1 << 16
@@ -34,7 +34,7 @@ def open_scene(path: Path) -> SceneFile:
     """Divide a picture into Gaussians.
 
     Raises:
-        SceneError: if the file is no picture, is damaged or too large, or shows nothing.
+        SceneError: if the file is no picture, is damaged or too large, or is wholly transparent.
     """
     picture = read_image(path, max_pixels=MOST_PIXELS)
     height, width = picture.shape[:2]
@@ -71,14 +71,14 @@ def open_scene(path: Path) -> SceneFile:
 
 
 def _cells(picture: F32) -> F32:
-    """[n, 7] x and y of the middle of each cell, its side, pixels, its mean RGB and its mean alpha."""
+    """[n, 7] centre x and y and side of each cell in pixels, its mean RGB and its mean alpha."""
     rgb, alpha = split_alpha(picture)
     height, width = rgb.shape[:2]
     smallest = 1
     while height * width > MOST_CELLS * smallest**2:
         smallest *= 2
     largest = max(LARGEST, smallest)
-    # The plane goes on around the picture: at its border paint would be thin.
+    # Extend the plane around the picture, since paint would be thin at its border.
     pad = (largest, largest + -height % largest), (largest, largest + -width % largest)
     planes = np.concatenate(
         [rgb, np.ones((height, width, 1), np.float32) if alpha is None else alpha[..., None]], 2

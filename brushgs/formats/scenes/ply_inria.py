@@ -1,8 +1,9 @@
 """The standard layout of a 3D Gaussian scene in a PLY file: one property per number.
 
 Scales are stored as logs, opacities as logits, and the spherical harmonics above degree 0 (f_rest)
-channel by channel. Properties are found by name, never by place. Scenes of 2D Gaussians have two scales, or a
-third without a meaning: they are flat discs. Those of Mip-Splatting have the width of a 3D smoothing filter.
+channel by channel. Properties are found by name, not by position. Scenes of 2D Gaussians (flat discs) have
+two scales, or a third one that is ignored. Scenes of Mip-Splatting also store the width of a 3D smoothing
+filter.
 Source: Kerbl et al. 2023, Yu et al. 2024, Huang et al. 2024, layouts of the reference implementations.
 """
 
@@ -27,16 +28,16 @@ _SCALES = ("scale_0", "scale_1", "scale_2")
 FILTER_3D = "filter_3D"  # standard deviation of Mip-Splatting's smoothing filter, world units, no logarithm
 _QUATS = ("rot_0", "rot_1", "rot_2", "rot_3")
 _NUM_REST = {0: 1, 9: 4, 24: 9, 45: 16}  # f_rest properties -> spherical-harmonic terms
-# Small enough that a block is still in the cache when it is decoded and checked, large enough that the cost
-# of some fifty calls a block is negligible.
+# Small enough that a block stays in the cache while it is decoded and checked, large enough that the cost of
+# some fifty calls per block is negligible.
 _BLOCK_BYTES = 1 << 21
-_LONG_RUN = 5  # columns; shorter runs copy faster column by column, with a long inner loop
+_LONG_RUN = 5  # columns; shorter runs are copied faster column by column, with a long inner loop
 
 
 def check_inria(path: Path, header: Header, vertex: Element) -> int:
     """The number of spherical-harmonic terms of each row.
 
-    Raises SceneError for meshes, plain point clouds and scenes that lack a property; names what it is.
+    Raises SceneError for meshes, plain point clouds and scenes that lack a property; the message says which.
     """
     names = set(vertex.names)
     if not names & {*_SCALES, *_QUATS, *_COLORS}:
@@ -57,24 +58,24 @@ def check_inria(path: Path, header: Header, vertex: Element) -> int:
 
 
 def is_flat(header: Header, vertex: Element) -> bool:
-    """Whether the Gaussians are flat discs: by a comment, or because they have two scales."""
-    has_two = _SCALES[0] in vertex.names and _SCALES[2] not in vertex.names  # a compressed PLY has none
+    """Whether the Gaussians are flat discs: a comment says so, or they have two scales."""
+    has_two = _SCALES[0] in vertex.names and _SCALES[2] not in vertex.names  # a compressed PLY has no scale_0
     return header.training == "2dgs" or has_two
 
 
 def read_columns_of(num_terms: int) -> set[str]:
-    """Names of the columns that are read of a scene with so many spherical-harmonic terms."""
+    """Names of the columns that are read from a scene with `num_terms` spherical-harmonic terms."""
     rest = (name for channel in range(3) for name in _names_of_rest(channel, num_terms, 1, num_terms))
     return {*_MEANS, *_COLORS, *rest, "opacity", *_SCALES, *_QUATS, FILTER_3D}
 
 
 def has_brushes(vertex: Element) -> bool:
-    """Whether strokes have brushes: a column of bytes, which brushgs writes."""
+    """Whether the rows have a column of brushes, as written by brushgs: one byte each."""
     return BRUSH in vertex.names and vertex.dtype[BRUSH] == np.uint8
 
 
 def count_terms(path: Path, element: Element) -> int:
-    """Number of spherical-harmonic terms that an element with f_rest properties stores.
+    """Number of spherical-harmonic terms of an element, from its f_rest properties.
 
     Raises SceneError if these do not make up complete bands of degree 0 to 3.
     """
@@ -90,7 +91,7 @@ def count_terms(path: Path, element: Element) -> int:
 def open_inria(
     path: Path, header: Header, vertex: Element, num_terms: int, size: int, encoding: Encoding
 ) -> RowSource:
-    """The rows of element `vertex`; `size` is that of the file, bytes.
+    """The rows of element `vertex`; `size` is the file size in bytes.
 
     Raises SceneError if the file is cut off or a value is no number.
     """
@@ -107,7 +108,7 @@ def open_inria(
             out.brushes[:] = rows[BRUSH]
         layout = layout_of(out.sh.shape[1])
         layout.decode(rows, out, flat=0 if encoding.scales == "linear" else -np.inf)
-        if has_filter:  # its formula is one of standard values
+        if has_filter:  # the formula needs standard values
             out.standardize(encoding)
             _smooth(out, rows[FILTER_3D])
 
@@ -134,16 +135,17 @@ def _block_rows(vertex: Element) -> int:
 
 
 def _smooth(out: Columns, widths: NDArray[Any]) -> None:
-    """Convolve Gaussians, as log-scales and logits, with the 3D filter they were trained with, in place.
+    """Apply the 3D smoothing filter of training to Gaussians (log-scales and logits), in place.
 
-    Scales s become sqrt(s^2 + f^2); opacities are multiplied by the root of the ratio of determinants, the
-    product of the scales before over that of those after. A width that is no number spoils its row.
+    Scales s become sqrt(s^2 + f^2). Opacities are multiplied by the square root of the ratio of the
+    covariance determinants: the product of the old scales divided by the product of the new ones. A NaN width
+    gives a row that is dropped later.
     Source: Yu et al. 2024, Mip-Splatting, section 5.1.
     """
     logs, widths = out.scales.astype(np.float64), np.abs(widths.astype(np.float64))
     smoothed = 0.5 * np.logaddexp(2 * logs, 2 * np.log(widths)[:, None])
-    ratios = np.where(smoothed == -np.inf, 0, logs - smoothed).sum(axis=1)  # a point that stays one keeps all
-    # log opacity of a logit is -log(1 + exp(-logit)).
+    ratios = np.where(smoothed == -np.inf, 0, logs - smoothed).sum(axis=1)  # scales of 0 that stay 0: ratio 1
+    # The log opacity of a logit is -log(1 + exp(-logit)).
     log_opacities = ratios - np.logaddexp(0, -out.opacities.astype(np.float64))
     out.scales[:] = smoothed
     out.opacities[:] = log_opacities - np.log(-np.expm1(log_opacities))
@@ -151,16 +153,16 @@ def _smooth(out: Columns, widths: NDArray[Any]) -> None:
 
 @dataclass(frozen=True)
 class _Run:
-    """Properties of one type at even distances in a row: copied in one go."""
+    """Properties of one type at equal distances in a row, which are copied together."""
 
-    columns: slice  # of the target
+    columns: slice  # target columns
     dtype: np.dtype[Any]
     offset: int  # bytes from the start of a row
     step: int  # bytes from one property to the next
 
 
 class _RowLayout:
-    """Where the properties of a row lie and which column each goes to, worked out once per file."""
+    """The places of the properties in a row and their target columns, computed once per file."""
 
     def __init__(self, dtype: np.dtype[Any], num_terms: int, num_used: int, *, is_flat: bool) -> None:
         scales = _SCALES[:2] if is_flat else _SCALES
@@ -173,7 +175,7 @@ class _RowLayout:
         ]
 
     def decode(self, rows: NDArray[np.void], out: Columns, *, flat: float) -> None:
-        """Copy the properties of some rows to their columns; `flat` is the scale of discs across them."""
+        """Copy the properties of some rows to their columns; `flat` is the third scale of flat discs."""
         _copy(rows, self.means, out.means)
         _copy(rows, self.quats, out.quats)
         _copy(rows, self.scales, out.scales)
@@ -187,7 +189,7 @@ class _RowLayout:
 
 
 def _find_runs(dtype: np.dtype[Any], names: tuple[str, ...]) -> list[_Run]:
-    """Split properties into as few runs as possible, in order; one run in files as trainers write them."""
+    """Split properties into as few runs as possible, in order; files by trainers need one run."""
     runs: list[_Run] = []
     fields = dtype.fields
     assert fields is not None
@@ -222,7 +224,7 @@ def _view(rows: NDArray[np.void], run: _Run) -> NDArray[Any]:
 
 
 def _names_of_rest(channel: int, num_terms: int, start: int, stop: int) -> tuple[str, ...]:
-    """Properties that hold terms `start` to `stop` of one channel."""
+    """Names of the properties that hold terms `start` to `stop` of one channel."""
     first = channel * (num_terms - 1) - 1
     return tuple(f"f_rest_{first + term}" for term in range(start, stop))
 
@@ -230,16 +232,16 @@ def _names_of_rest(channel: int, num_terms: int, start: int, stop: int) -> tuple
 def _count_used_terms(path: Path, header: Header, vertex: Element, num_terms: int) -> int:
     """The number of terms up to the highest band that is not zero in every row.
 
-    Reading stops as soon as the highest band proves to be in use: for most scenes in the first block.
+    Reading stops when the highest band has a nonzero value: for most scenes after the first block.
     """
-    bands = {}  # number of terms up to and including a band -> its runs in a row
+    bands = {}  # number of terms up to and including a band -> runs of the band in a row
     for degree in (3, 2, 1):
         start, stop = degree**2, (degree + 1) ** 2
         if stop <= num_terms:
             channels = [_names_of_rest(channel, num_terms, start, stop) for channel in range(3)]
             bands[stop] = [run for names in channels for run in _find_runs(vertex.dtype, names)]
     used, block_rows = 1, _block_rows(vertex)
-    # A signalling NaN is a value here, not a reason to warn.
+    # A signalling NaN should not raise a warning here.
     with np.errstate(all="ignore"), open_rows(path, header, vertex, block_rows) as rows:
         for start in range(0, vertex.count, block_rows):
             if used == num_terms:

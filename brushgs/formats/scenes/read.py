@@ -1,4 +1,4 @@
-"""Scene files of any format become Gaussians."""
+"""Read scene files of any format as Gaussians."""
 
 import warnings
 from collections.abc import Sequence
@@ -23,25 +23,25 @@ from brushgs.values.notes import LoadNotes
 def read_scene(
     scene: SceneFiles, encoding: Encoding | None = None, lod: int | None = None
 ) -> tuple[Gaussians, LoadNotes]:
-    """Read a trained 3D Gaussian scene; of a moving one, the moment that the source names, else the first.
+    """Read a trained 3D Gaussian scene; for a moving scene, the moment in the source, or else the first.
 
-    Rows that cannot be drawn are dropped with a SceneWarning, as are bands of spherical harmonics that are
-    zero in every row, without one. Several files are joined in order, to the highest degree in use.
+    Rows that cannot be drawn are dropped with a SceneWarning. Bands of spherical harmonics that are zero in
+    every row are dropped without one. Several files are joined in order, with the highest degree in use.
 
     Args:
-        scene: a scene file, whose content decides the format, not its suffix; a folder that is a scene or
+        scene: a scene file (its content decides the format, not its suffix); a folder that is a scene or
             holds scenes, see `find_parts`; or several of these, of any formats.
         encoding: what the numbers mean; None for the standard layout.
-        lod: level of detail of a scene that has several, from 0, the finest; None for that of the source, or
-            the default of its format.
+        lod: level of detail of a scene that has several, from 0, the finest; None for the level in the
+            source, or the default of its format.
 
     Returns:
-        The Gaussians as float32 in the order of the files, and notes on what these held.
+        The Gaussians as float32 in the order of the files, and notes on the content of the files.
 
     Raises:
-        SceneError: if a file is of no known format, is damaged, or no row of it can be drawn; if an
-            encoding is given for a format that has a fixed one, a level for a scene without levels, or a
-            moment for a scene at rest.
+        SceneError: if the format of a file is unknown, a file is damaged, or none of its rows can be drawn;
+            or if an encoding is given for a format with a fixed one, a level for a scene without levels, or a
+            moment for a still scene.
     """
     encoding = encoding or STANDARD
     gaussians, notes = read_files(open_files(scene, lod, encoding), encoding)
@@ -49,7 +49,7 @@ def read_scene(
 
 
 def read_files(files: Sequence[SceneFile], encoding: Encoding = STANDARD) -> tuple[Gaussians, LoadNotes]:
-    """The same, of files whose headers were read by `open_files` with this encoding."""
+    """Read files as `read_scene` does; `open_files` read their headers with the same encoding."""
     for file in files:
         if file.has_fixed_encoding and not encoding.is_standard:
             raise SceneError(file.path, f"is a {file.format}, whose encoding is fixed; omit the encoding")
@@ -73,22 +73,22 @@ def read_files(files: Sequence[SceneFile], encoding: Encoding = STANDARD) -> tup
 
 
 def read_raw_parts(scene: SceneFiles, lod: int | None = None) -> list[tuple[Columns, SceneFile]]:
-    """Read all rows of a scene as stored, neither checked nor decoded. Takes the same as `read_scene`.
+    """Read all rows of a scene as stored, neither checked nor activated. Arguments are as in `read_scene`.
 
     Returns:
-        Of each file log-scales, logits and all bands of spherical harmonics, if it follows the standard
-        layout; and what its header states.
+        For each file, its columns (log-scales, logits and all bands of spherical harmonics if it follows the
+        standard layout), and its header.
 
     Raises:
-        SceneError: if a file is of no known format or is damaged.
+        SceneError: if the format of a file is unknown, or a file is damaged.
     """
     return [(file.read_columns(is_raw=True)[0], file) for file in open_files(scene, lod)]
 
 
 def open_files(scene: SceneFiles, lod: int | None, encoding: Encoding = STANDARD) -> list[SceneFile]:
-    """Read the headers of all files: what is wrong with one is said before the first is read.
+    """Read the headers of all files, so that errors are raised before any rows are read.
 
-    Takes and raises the same as `read_scene`. A moment of a moving scene is one file.
+    Arguments and errors are as in `read_scene`. A moment of a moving scene is one file.
     """
     source = SceneSource.of(scene, lod=lod)
     moment = open_moment(source, encoding)

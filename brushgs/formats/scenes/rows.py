@@ -1,13 +1,13 @@
-"""The contract of all scene formats: a `SceneFile` with its header read, whose rows can then be read.
+"""The interface of all scene formats: a `SceneFile` holds the header of a file and can read its rows.
 
-A format decodes rows `start` to `stop` of its file into columns (`Decoder`); all else is done here. Rows are
-read block by block, by several threads for large files. Each block is decoded at its place in the finished
-columns and checked while it is in the cache. Rows that cannot be drawn leave gaps, which are closed in place
-at the end, so that a scene is never in memory twice.
+A format decodes rows `start` to `stop` of its file into columns (`Decoder`); this module does the rest. Rows
+are read block by block, by several threads for large files. Each block is decoded at its place in the final
+columns and checked while it is in the cache. Dropped rows leave gaps, which are closed in place at the end,
+so that a scene is never in memory twice.
 
-Scenes that are larger than memory are read a block at a time. Binary PLY of both layouts, .splat, .ksplat
-and glTF are read as they lie in the file, and ASCII PLY in order; USD is unpacked to arrays on the disk.
-Of SPZ the decompressed bytes are in memory, 19 to 64 a Gaussian, and of SOG the decoded pictures, 20 to 24.
+Scenes larger than memory are read one block at a time. Binary PLY of both layouts, .splat, .ksplat and glTF
+are read directly from the file, and ASCII PLY in order; USD is unpacked to arrays on the disk. SPZ keeps its
+decompressed bytes in memory, 19 to 64 a Gaussian, and SOG its decoded pictures, 20 to 24 bytes a Gaussian.
 """
 
 from bisect import bisect_right
@@ -28,48 +28,48 @@ from brushgs.values.camera import Camera
 from brushgs.values.notes import Training
 
 _ROWS_PER_THREAD = 100_000  # below this, a thread costs more than it saves
-_MAX_THREADS = 4  # more only wait for memory
-BLOCK_ROWS = 1 << 18  # of a scene without spherical harmonics 15 MB, and some 100 MB of work on them
-SAMPLE_ROWS = 1 << 18  # of a whole scene, about
-_RUN = 1 << 12  # rows of a sample that lie together: a page of the file is not read for one of them
+_MAX_THREADS = 4  # more threads only wait for memory
+BLOCK_ROWS = 1 << 18  # without spherical harmonics 15 MB, and some 100 MB while they are processed
+SAMPLE_ROWS = 1 << 18  # approximate rows of a sample of a whole scene
+_RUN = 1 << 12  # adjacent rows of a sample: no page of the file is read for a single row
 
 Decoder = Callable[[int, int, Columns], None]  # (start, stop, where to write raw values)
 
 
 @dataclass(frozen=True)
 class RowSource:
-    """The rows of a file, of which any can be read.
+    """The rows of a file, which can be read in parts.
 
-    `open_decoder` gives a function which decodes rows `start` to `stop` of the file into the columns handed
-    to it; it is entered once per thread, with floating-point warnings off. The columns have `num_terms`
-    terms; where the format counts the terms that are used, they may have only these.
+    `open_decoder` yields a function that decodes rows `start` to `stop` of the file into given columns; it is
+    entered once per thread, with floating-point warnings off. The columns have `num_terms` terms, or only the
+    used ones if the format has `count_used`.
     """
 
     num_rows: int
     num_terms: int  # spherical-harmonic terms of each row: 1, 4, 9 or 16
     open_decoder: Callable[[], AbstractContextManager[Decoder]]
-    block_rows: int  # decoded at a time
-    encoding: Encoding = STANDARD  # what the decoded values mean
+    block_rows: int  # rows decoded at a time
+    encoding: Encoding = STANDARD  # of the decoded values
     is_logit: bool = False  # whether opacities are logits once `encoding` is applied; else they are 0 to 1
-    is_sequential: bool = False  # whether rows must be decoded in order, so by one thread
-    is_whole: bool = False  # whether opening reads all of the file: no other process should do so too
+    is_sequential: bool = False  # whether rows must be decoded in order, hence by one thread
+    is_whole: bool = False  # whether opening reads the whole file, so that no other process should do it too
     has_brushes: bool = False  # whether the brush of each row is decoded
-    # Terms up to the highest band that is not zero in every row, of formats that can tell before rows are
-    # decoded; zero bands of others are dropped afterwards.
+    # Counts terms up to the highest band that is not zero in every row, if the format can do so before rows
+    # are decoded; otherwise zero bands are dropped afterwards.
     count_used: Callable[[], int] | None = None
-    is_active: bool = False  # whether values are decoded to those of Gaussians, which need no check
-    num_dropped: int = 0  # rows that cannot be drawn and are not among these
+    is_active: bool = False  # whether decoded values are already valid scales and opacities: no check needed
+    num_dropped: int = 0  # undrawable rows that are already left out
 
     def read(self, columns: Columns, *, first_row: int = 0, is_raw: bool = False) -> tuple[Columns, Dropped]:
         """Fill columns block by block; the result does not depend on the number of threads.
 
         Args:
-            columns: as many rows as are wanted.
-            first_row: that they begin with.
+            columns: the target; its length is the number of rows to read.
+            first_row: first row to read.
             is_raw: whether to keep all rows as log-scales and logits, neither checked nor activated.
 
         Returns:
-            The rows that can be drawn, in order, as views of `columns`; and the dropped ones.
+            The rows that can be drawn, in order, as views of `columns`; and the dropped rows.
 
         Raises:
             SceneError: if the file is damaged.
@@ -84,7 +84,7 @@ class RowSource:
             first = part * blocks_per_thread * block_rows
             last = min(first + blocks_per_thread * block_rows, num_rows)
             done = []
-            # Values beyond float32 become infinity and NaN stays NaN: both are found below.
+            # Values beyond float32 become infinity and NaN stays NaN: both are detected below.
             with np.errstate(all="ignore"), self.open_decoder() as decode:
                 for start in range(first, last, block_rows):
                     stop = min(start + block_rows, last)
@@ -110,11 +110,11 @@ def activate_rows(
     rows: Columns,  # raw values, overwritten
     encoding: Encoding,
     *,
-    first_row: int,  # of the file, that they begin with: for messages, as is `num_rest`
-    num_rest: int,  # f_rest coefficients per channel in the file
+    first_row: int,  # row of the file at which they begin, for messages
+    num_rest: int,  # f_rest coefficients per channel in the file, for messages
     is_logit: bool,  # as in `RowSource`
 ) -> tuple[Columns, Dropped]:
-    """Turn raw values into scales and opacities: the rows that can be drawn, as views, and the dropped."""
+    """Convert raw values to scales and opacities. Returns views of the drawable rows, and dropped rows."""
     with np.errstate(all="ignore"):
         rows.standardize(encoding)
         dropped = drop_faults(rows, first_row, num_rest)
@@ -128,7 +128,7 @@ def _count_threads(num_rows: int) -> int:
 
 
 def _close_gaps(columns: Columns, blocks: Iterator[tuple[int, int, Dropped]]) -> tuple[Columns, Dropped]:
-    """Move the kept rows of each block together, in place: a copy of the scene would double its memory."""
+    """Move the kept rows of all blocks together, in place because a copy would double the memory."""
     total, dropped = 0, Dropped()
     for start, num_kept, block_dropped in blocks:
         if total < start:
@@ -141,9 +141,10 @@ def _close_gaps(columns: Columns, blocks: Iterator[tuple[int, int, Dropped]]) ->
 def decoder_of_parts(
     parts: Sequence[tuple[int, Callable[[], Decoder]]],
 ) -> Callable[[], AbstractContextManager[Decoder]]:
-    """The `open_decoder` of rows that lie in several parts, of each their number and what opens it.
+    """An `open_decoder` for rows in several parts, each given by its number of rows and an opener.
 
-    A part is opened where a row of it is wanted, and in memory until another is; threads share it.
+    A part is opened when one of its rows is needed, and stays in memory until another part is opened; threads
+    share it.
     """
     ends = list(accumulate(num_rows for num_rows, _ in parts))
     shared: WeakValueDictionary[int, Decoder] = WeakValueDictionary()
@@ -154,7 +155,7 @@ def decoder_of_parts(
         with lock:
             decode = shared.get(number)
             if decode is None:
-                latest.clear()  # before another takes its memory
+                latest.clear()  # free the previous part first
                 decode = shared[number] = parts[number][1]()
                 latest.append(decode)
             return decode
@@ -182,45 +183,45 @@ def decoder_of_parts(
 
 @dataclass(frozen=True)
 class SceneFile:
-    """A scene file whose header was read and is sound.
+    """A scene file whose header was read and is valid.
 
-    `open_rows` opens the rows, as they lie in the file; it raises a SceneError if that is damaged. Of a
-    format without a fixed encoding it takes the encoding, the standard one if it is not given.
+    `open_rows` opens the rows in the order of the file; it raises a SceneError if the file is damaged. If the
+    format has no fixed encoding, it takes the encoding as an optional argument, by default the standard one.
     """
 
-    path: Path  # of the file, or the folder of a scene in several files
+    path: Path  # the file, or the folder of a scene in several files
     format: str  # layout and encoding in words, such as "PLY, binary little-endian"
-    num_rows: int  # Gaussians that it holds, >= 1
-    num_terms: int  # spherical-harmonic terms stored of each: 1, 4, 9 or 16
+    num_rows: int  # number of Gaussians, >= 1
+    num_terms: int  # stored spherical-harmonic terms of each Gaussian: 1, 4, 9 or 16
     open_rows: Callable[..., RowSource]
-    has_fixed_encoding: bool = True  # whether the format leaves no doubt what its numbers mean
-    up: str | None = None  # axis that the file names as up, "+x" to "-z"
-    training: Training = "default"  # how its Gaussians were trained, as far as the file states it
-    unknown: tuple[str, ...] = ()  # columns or extensions of the file that are not read, by name
-    stored: Stored = NOTHING  # what it records of strokes of brushgs, and of the scene they were made of
-    moment: float | None = None  # of a moving scene, whose moment this is: seconds from its start
-    photograph: Camera | None = None  # that the scene was predicted from
+    has_fixed_encoding: bool = True  # whether the format defines the encoding
+    up: str | None = None  # up axis stated by the file, "+x" to "-z"
+    training: Training = "default"  # how the Gaussians were trained, if the file states it
+    unknown: tuple[str, ...] = ()  # names of columns or extensions of the file that are not read
+    stored: Stored = NOTHING  # what the file records of brushgs strokes and the scene they were made of
+    moment: float | None = None  # time of this moment of a moving scene, seconds from its start
+    photograph: Camera | None = None  # camera of the photograph from which the scene was predicted
 
     @property
     def is_strokes(self) -> bool:
-        """Whether the file states that its Gaussians are strokes that brushgs made."""
+        """Whether the file states that its Gaussians are strokes made by brushgs."""
         return self.stored.is_strokes
 
     @property
     def brushes(self) -> tuple[str, ...]:
-        """Names or paths of the brushes that strokes have rows of, as far as the file states them."""
+        """Names or paths of the brushes of the strokes, by row; empty if the file does not state them."""
         return self.stored.brushes
 
     def read_columns(self, encoding: Encoding = STANDARD, *, is_raw: bool = False) -> tuple[Columns, Dropped]:
-        """Read the rows that can be drawn, activated, without bands of harmonics that are zero throughout.
+        """Read the drawable rows, activated, without bands of spherical harmonics that are zero in every row.
 
         Args:
-            encoding: what the numbers mean; that of the format where it is fixed.
-            is_raw: whether to return all rows and all terms as they would be in the standard layout
-                (log-scales and logits), neither checked nor activated.
+            encoding: what the numbers mean; ignored if the format has a fixed encoding.
+            is_raw: whether to return all rows and all terms in the standard layout (log-scales and logits),
+                neither checked nor activated.
 
         Returns:
-            The rows, and the dropped ones.
+            The rows, and the dropped rows.
 
         Raises:
             SceneError: if the file is damaged.
@@ -240,9 +241,9 @@ class SceneFile:
 def read_blocks(
     rows: RowSource, start: int, stop: int, block_rows: int = BLOCK_ROWS
 ) -> Iterator[tuple[Columns, Dropped]]:
-    """Read rows `start` to `stop`, `block_rows` at a time; sequential ones from row 0.
+    """Read rows `start` to `stop`, `block_rows` at a time; for a sequential source, `start` must be 0.
 
-    Yields the rows that can be drawn, activated, with all bands of spherical harmonics; and the dropped ones.
+    Yields the drawable rows, activated, with all bands of spherical harmonics; and the dropped rows.
     Raises SceneError if the file is damaged.
     """
     with _kept_open(rows) as source:
@@ -252,9 +253,9 @@ def read_blocks(
 
 
 def sample_rows(rows: RowSource, count: int) -> Columns:
-    """About so many rows, evenly from all of a file, activated; where they are sequential the first ones.
+    """About `count` activated rows spread evenly over a file, or the first rows if it is sequential.
 
-    Of the spherical harmonics only the first band.
+    Only spherical-harmonic degree 0 is kept.
     """
     num_runs = min(max(1, count // _RUN), -(-rows.num_rows // _RUN))
     if rows.is_sequential:
@@ -270,7 +271,7 @@ def _first_band(block: Columns) -> Columns:
 
 @contextmanager
 def _kept_open(rows: RowSource) -> Iterator[RowSource]:
-    """The same rows, of a decoder that is opened once where it must go on from block to block."""
+    """The same rows; for a sequential source, with one decoder that stays open from block to block."""
     if not rows.is_sequential:
         yield rows
         return

@@ -1,9 +1,9 @@
 """The .splat format of early web viewers: rows of 32 bytes, no header, no spherical harmonics above degree 0.
 
-Rotations are bytes, and readers differ in what they mean: (b - 128) / 128 or b / 127.5 - 1. The first is read
-here: it is what the format's own viewer reads, it has an exact zero, and in two of three files at hand it
-leaves the lengths of the quaternions nearest to 1. The other differs by at most 0.3 degrees. In a file that
-is written nothing is recorded beside the rows, which keep their order.
+Rotations are bytes, which readers decode as (b - 128) / 128 or as b / 127.5 - 1. The first is used here: the
+format's own viewer uses it, it has an exact zero, and in two of three files at hand it gives quaternion
+lengths nearest to 1. The other differs by at most 0.3 degrees. Written files hold the rows in their order and
+record nothing else.
 Source: https://github.com/antimatter15/splat.
 """
 
@@ -27,7 +27,7 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import normalized
 from brushgs.values.sh import C0
 
-QUAT_ZERO = 128  # the byte that stands for 0, and the steps from there to 1
+QUAT_ZERO = 128  # the byte that encodes 0, and the number of steps from 0 to 1
 _BLOCK_ROWS = 4096
 _ENCODING = Encoding(scales="linear", colors="byte")
 
@@ -36,7 +36,7 @@ def open_scene(path: Path) -> SceneFile:
     """Count the rows of a .splat file.
 
     Raises:
-        SceneError: if its size is that of no whole rows.
+        SceneError: if the file size is no multiple of the row size.
     """
     with open_plain(path, "scene file", buffering=0) as file:
         size = file.seek(0, 2)
@@ -84,9 +84,9 @@ _WRITTEN_ROWS = 1 << 16
 
 
 def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING) -> None:
-    """Write rows of 32 bytes; nothing that is `known` of the scene is recorded.
+    """Write rows of 32 bytes; `known` is not recorded.
 
-    A SceneWarning names what is lost and matters to a painting. Colours outside 0 to 1 are clipped.
+    A SceneWarning names lost data that matters to a painting. Colours are clipped to 0 to 1.
 
     Raises:
         SceneError: if the file cannot be written.
@@ -107,7 +107,7 @@ def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING)
 
 
 def _encode(gaussians: Gaussians) -> bytes:
-    """Rows of the file."""
+    """Encode Gaussians as the bytes of rows."""
     rows = np.empty(len(gaussians), _ROW)
     rows["means"] = gaussians.means
     rows["scales"] = finite_scales(gaussians.scales)
