@@ -1,1 +1,1 @@
-"""Scene files become Gaussians, and Gaussians scene files."""
+"""Read and write scene files."""

@@ -1,14 +1,14 @@
 """Gaussians in glTF models: points with the extension KHR_gaussian_splatting, or an earlier draft of it.
 
-Read are .glb files and .gltf files with data inside or beside them. Every mesh is placed by its nodes;
-rotated splats have their spherical harmonics rotated with them. Opacities are 0 to 1. Scales are linear and
-never negative; an earlier draft stored logarithms, as splat-transform did until mid-2026: negative ones tell.
-Splats packed as SPZ, as Cesium writes them, are read too: their axes are taken as they are stored and then
-placed by the node, as Cesium does.
+Readable files are .glb, and .gltf with data inside or beside it. Nodes place each mesh; the spherical
+harmonics of rotated splats are rotated with them. Opacities are 0 to 1. Scales are linear and never negative;
+an earlier draft stored logarithms, as splat-transform did until mid-2026, which is detected by a negative
+scale. Splats packed as SPZ by Cesium are read too: as in Cesium, their axes are taken as stored and then
+placed by the node.
 
-Written are .glb files of points, all numbers as float32. glTF points +y up, and scenes do not: where the
-first view of a scene is known, its node turns it upright for viewers, and our reader takes the numbers as
-they are. Rows keep their order, but for strokes with brushes, which are sorted by these.
+Written files are .glb with points, all numbers as float32. Up is +y in glTF, but any axis in scenes: if the
+first view of a scene is known, its node rotates it upright for viewers, and our reader ignores this rotation.
+Rows keep their order, but strokes with brushes are sorted by brush.
 Sources: Khronos, KHR_gaussian_splatting (release candidate); Cesium's drafts of 2024 and 2025.
 """
 
@@ -51,19 +51,19 @@ _PACKED = (
     "KHR_gaussian_splatting_compression_spz",
     "KHR_spz_gaussian_splats_compression",
 )
-_MAX_GROWTH = 100  # bytes in memory per byte of a file: as of SPZ files
+_MAX_GROWTH = 100  # bytes in memory per byte of a file with packed splats, as for SPZ files
 
 
 def _open_packed(
     file: GltfFile[Any], extensions: list[tuple[str, Any]], opened: dict[object, SceneFile]
 ) -> SceneFile | None:
-    """The packed splats of a primitive, None if it has none; one that is placed twice is `opened` once."""
+    """The packed splats of a primitive, or None; `opened` caches them, so splats placed twice open once."""
     for name, value in extensions:
         if name in _PACKED:
             if not isinstance(value, dict):
                 raise SceneError(file.path, f"{name} must be an object, got {shown(value)}; {CURE}")
             index = value.get("bufferView")
-            data, _ = file.view(index, name)  # refuses what is no number
+            data, _ = file.view(index, name)  # raises if the index is no number
             if index not in opened:
                 opened[index] = open_data(file.path, bytes(data))
             return opened[index]
@@ -72,7 +72,7 @@ def _open_packed(
 
 EXTENSION = "KHR_gaussian_splatting"
 _BLOCK_ROWS = 1 << 13
-_MAX_PLAIN_GROWTH = 4  # bytes in memory per byte of a file, where numbers have one byte
+_MAX_PLAIN_GROWTH = 4  # bytes in memory per byte of a file with plain numbers, which take 1 byte or more
 
 
 class _Primitive(Struct):
@@ -93,7 +93,7 @@ class _Mesh(Struct):
 
 
 class _SplatModel(Model):
-    """What of a model scenes need."""
+    """The part of a model that scenes need."""
 
     meshes: list[_Mesh] | None = None
     textures: Any = None
@@ -107,7 +107,7 @@ def open_scene(path: Path) -> SceneFile:
     """Read the structure of a glTF model.
 
     Raises:
-        SceneError: if it is damaged, holds no Gaussian splats, or holds them in a way that is not read.
+        SceneError: if it is damaged, holds no Gaussian splats, or holds them in an unsupported form.
     """
     file = GltfFile(path, _SplatModel)
     unknown: dict[str, None] = {}
@@ -134,7 +134,7 @@ def open_scene(path: Path) -> SceneFile:
         num_rows=rows.num_rows,
         num_terms=rows.num_terms,
         open_rows=open_rows,
-        up=None if is_ours else "+y",  # by the standard of glTF, which every viewer follows
+        up=None if is_ours else "+y",  # the glTF standard, which every viewer follows
         training=_training(stored, packed if len(packed) == len(found) else []),
         stored=stored,
         unknown=tuple(dict.fromkeys([*unknown, *(name for scene in packed for name in scene.unknown)])),
@@ -142,14 +142,14 @@ def open_scene(path: Path) -> SceneFile:
 
 
 def _packing(found: list[tuple[Part, SceneFile | None]]) -> str:
-    """How the splats of a model are stored, where it is in no plain numbers."""
+    """A clause about packed splats and logarithmic scales; "" for plain numbers."""
     is_packed = any(scene is not None for _, scene in found)
     are_logs = any(scene is None and part.encoding.scales == "log" for part, scene in found)
     return ", packed as SPZ" * is_packed + ", scales as logarithms" * are_logs
 
 
 def _placed_meshes(file: _File) -> list[tuple[_Mesh, F64]]:
-    """Each mesh of the scene with its matrix [4, 4], world from mesh; without nodes all as they are."""
+    """Each mesh of the scene with its matrix [4, 4], world from mesh; the identity if there are no nodes."""
     if not file.top.nodes:
         return [(mesh, np.eye(4)) for mesh in file.top.meshes or []]
     placed = []
@@ -163,7 +163,7 @@ def _placed_meshes(file: _File) -> list[tuple[_Mesh, F64]]:
 
 
 def _training(stored: Stored, packed: list[SceneFile]) -> Training:
-    """How splats were trained: by our notes, or as all say that are packed."""
+    """How splats were trained: by our notes, or by agreement of the packed scenes."""
     if stored.antialiased:
         return "antialiased"
     trainings = {scene.training for scene in packed}
@@ -179,7 +179,7 @@ class _Attributes:
         self._file, self._attributes = file, primitive.attributes
 
     def find(self, name: str, *widths: int) -> GltfArray | None:
-        """An attribute by its full name. Raises SceneError if it has not as many numbers a row as it must."""
+        """An attribute by its full name, or None. Raises SceneError if it does not have one of the widths."""
         if name not in self._attributes:
             return None
         array = self._file.array(self._attributes[name], f"attribute {name}")
@@ -189,18 +189,18 @@ class _Attributes:
         return array
 
     def find_own(self, name: str, width: int) -> GltfArray | None:
-        """An attribute of the extension, in any draft of it."""
+        """An attribute of the extension or of an earlier draft, or None."""
         return self.find(f"{EXTENSION}:{name}", width) or self.find(f"_{name}", width)
 
     def require(self, name: str, *choices: GltfArray | None) -> GltfArray:
-        """The first that is there. Raises SceneError if none is."""
+        """The first of `choices` that is not None. Raises SceneError if there is none."""
         found = next((choice for choice in choices if choice is not None), None)
         if found is None:
             raise SceneError(self._file.path, f"a primitive of splats has no attribute {name}; {CURE}")
         return found
 
     def rest(self) -> tuple[GltfArray, ...]:
-        """The coefficients of degree 1 and more, as far as degrees are complete."""
+        """Coefficients from degree 1 to the first missing degree. Raises SceneError if one is partial."""
         rest: list[GltfArray] = []
         for degree in (1, 2, 3):
             names = [f"SH_DEGREE_{degree}_COEF_{index}" for index in range(2 * degree + 1)]
@@ -218,7 +218,7 @@ class _Attributes:
 
 
 def _why_no_splats(top: _SplatModel) -> str:
-    """The sentence about a model without any, which may be a painting that was exported to be looked at."""
+    """The message about a model without splats, which may be a painting exported for viewing."""
     if str(top.asset.generator).startswith("brushgs ") and top.textures:
         fact = "holds a painting as textured rectangles, which cannot be painted again"
         return (
@@ -234,9 +234,9 @@ def _open_splats(
     unknown: dict[str, None],
     opened: dict[object, SceneFile],
 ) -> tuple[Part, SceneFile | None]:
-    """The data of one primitive, and the scene that it is packed as.
+    """The splats of one primitive, and the SPZ scene in which they are packed, or None.
 
-    Extensions that are not read are added to `unknown`.
+    Adds extensions that are not read to `unknown`.
     """
     extensions = primitive.extensions or {}
     own = extensions.get(EXTENSION)
@@ -275,7 +275,7 @@ def _open_splats(
         out.means[:] = means.read(start, stop)
         out.quats[:] = quats.read(start, stop)
         out.scales[:] = scales.read(start, stop)
-        out.opacities[:] = opacities.read(start, stop)[:, -1]  # of four columns the last counts
+        out.opacities[:] = opacities.read(start, stop)[:, -1]  # the last of four columns is alpha
         out.sh[:, 0] = colors.read(start, stop)[:, :3]
         for term, array in enumerate(rest, start=1):
             out.sh[:, term] = array.read(start, stop)
@@ -284,8 +284,8 @@ def _open_splats(
 
 
 def _unpacking(packed: SceneFile) -> Decoder:
-    """Unpacks a scene of SPZ, and reads rows of it."""
-    with packed.open_rows().open_decoder() as unpack:  # of bytes in memory: nothing is closed
+    """Decompress an SPZ scene; the result decodes its rows."""
+    with packed.open_rows().open_decoder() as unpack:  # bytes in memory stay valid after the block
         pass
 
     def read(start: int, stop: int, out: Columns) -> None:
@@ -301,7 +301,7 @@ def _unpacking(packed: SceneFile) -> Decoder:
 def _check_extensions(
     file: _File, every: list[tuple[str, Any]], own: dict[str, Any], unknown: dict[str, None]
 ) -> None:
-    """Refuse other compression, and warn of linear colours, which the strokes would show too dark."""
+    """Refuse other compression, add unread extensions to `unknown`, and warn of linear colours (too dark)."""
     for name, _ in every:
         if "compression" in name and name not in _PACKED:
             fact = f"holds splats compressed by {name[:80]}, which is not read"
@@ -315,12 +315,12 @@ def _check_extensions(
         warnings.warn(SceneWarning(f"{file.path}: {message}; lighten it, or train in sRGB"), stacklevel=2)
 
 
-_POINTS = 0  # the mode of a primitive
+_POINTS = 0  # mode of a primitive of points
 
 
 @in_order(brush_order)
 def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
-    """Write one primitive of points, with unit rotations, and what is recorded as `extras`.
+    """Write one primitive of points, with unit rotations; notes go to `extras`.
 
     Raises:
         ValueError: if the file would have 4 GiB or more, or the names of brushes are too long.
@@ -338,7 +338,7 @@ def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
 
 
 def _columns(rows: Gaussians) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Name and numbers of each attribute, [n] or [n, width]."""
+    """Yield the name and the numbers, [n] or [n, width], of each attribute."""
     yield "POSITION", rows.means
     yield f"{EXTENSION}:ROTATION", normalized(rows.quats)[:, [1, 2, 3, 0]]
     yield f"{EXTENSION}:SCALE", finite_scales(rows.scales)
@@ -349,7 +349,7 @@ def _columns(rows: Gaussians) -> Iterator[tuple[str, NDArray[Any]]]:
 
 
 def _primitive(model: GlbWriter, rows: Gaussians) -> dict[str, Any]:
-    """The points, with an accessor for each attribute; the standard asks for the bounds of positions."""
+    """A primitive of points with an accessor per attribute; the standard requires bounds of positions."""
     attributes = {
         name: model.accessor(column.astype(np.float32), "vertices", has_bounds=name == "POSITION")
         for name, column in _columns(rows)

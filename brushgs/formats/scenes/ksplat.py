@@ -1,9 +1,9 @@
-"""The .ksplat format of GaussianSplats3D, version 0.1, of compression levels 0 to 2.
+"""The .ksplat format of GaussianSplats3D, version 0.1, compression levels 0 to 2.
 
-A file has 4096 bytes of header, then 1024 bytes for each section of Gaussians. A section holds the lengths of
-its partly filled buckets, the centres of all its buckets, and its rows. Level 0 holds float32; levels 1 and 2
-hold positions as offsets of 16 bits an axis from the centres of buckets, and half floats; level 2 holds
-coefficients of spherical harmonics as bytes. Colours and opacities are bytes at every level.
+A file has 4096 bytes of header, then a header of 1024 bytes for each section of Gaussians. A section holds
+the lengths of its partly filled buckets, the centres of all its buckets, and its rows. Level 0 holds float32;
+levels 1 and 2 hold positions as 16-bit offsets from bucket centres, and other numbers as half floats; level 2
+holds spherical-harmonic coefficients as bytes. Colours and opacities are bytes at every level.
 Source: https://github.com/mkkellogg/GaussianSplats3D.
 """
 
@@ -27,14 +27,14 @@ from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
 from brushgs.values.arrays import F32
 
 _HEADER_SIZE, _SECTION_SIZE = 4096, 1024
-# Version, sections (room for, in use), Gaussians (likewise), level, smallest and largest coefficient.
+# Version; sections (capacity, used); Gaussians (capacity, used); level; smallest and largest coefficient.
 _HEADER = struct.Struct("<BB2xIIIIH14x2f")
-# Gaussians (in use, room for), rows and number of buckets, size of their block, bytes of a bucket, range of
-# offsets, full and partly filled buckets, degree.
+# Gaussians (used, capacity), rows per bucket, number of buckets, side of a bucket in space, bytes of a
+# bucket, range of offsets, full and partly filled buckets, degree.
 _SECTION = struct.Struct("<IIIIfH2xI4xIIH")
 _VERSION = 0, 1
 _MAX_LEVEL, _MAX_DEGREE = 2, 3
-_BASE_SIZES, _REST_SIZES = (44, 24, 24), (4, 2, 1)  # bytes of a row without coefficients, of each, by level
+_BASE_SIZES, _REST_SIZES = (44, 24, 24), (4, 2, 1)  # by level: bytes of a row without coefficients, of one
 _BUCKET_SIZE = 12
 _DEFAULT_OFFSETS = 32767
 _DEFAULT_LIMIT = 1.5  # a limit of 0 means this
@@ -44,27 +44,27 @@ _DEFAULT_LIMIT = 1.5  # a limit of 0 means this
 class _Section:
     """One section of a file."""
 
-    num_rows: int  # Gaussians
-    degree: int  # of their spherical harmonics, 0 to 3
+    num_rows: int  # number of Gaussians
+    degree: int  # of spherical harmonics, 0 to 3
     row_size: int  # bytes
-    offset: int  # byte of the file at which the rows begin
-    bucket_starts: NDArray[np.int64]  # [buckets] row of the section at which each begins; none at level 0
+    offset: int  # byte offset of the rows in the file
+    bucket_starts: NDArray[np.int64]  # [buckets] first row in the section of each bucket; empty at level 0
     bucket_centers: F32  # [buckets, 3]
-    zero_offset: int  # how an offset of 0 is stored
-    offset_step: float  # length of a stored offset of 1
+    zero_offset: int  # stored value of an offset of 0
+    offset_step: float  # length per unit of a stored offset
 
 
 @dataclass(frozen=True)
 class _Header:
     """All headers of a file."""
 
-    level: int  # of compression, 0 to 2
-    limits: tuple[float, float]  # smallest and largest coefficient of spherical harmonics, at level 2
-    sections: tuple[_Section, ...]  # those that hold Gaussians, at least one
+    level: int  # compression level, 0 to 2
+    limits: tuple[float, float]  # smallest and largest spherical-harmonic coefficient, at level 2
+    sections: tuple[_Section, ...]  # non-empty sections, at least one
 
 
 def _read_header(path: Path, file: BinaryIO) -> _Header:
-    """The headers and the buckets of a file."""
+    """Read the headers and the buckets of a file."""
     size = file.seek(0, 2)
     major, minor, num_sections, _, _, stated, level, low, high = _HEADER.unpack(
         _read(path, file, size, 0, _HEADER.size, "its header")
@@ -96,7 +96,7 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
 def _read_section(
     path: Path, file: BinaryIO, size: int, start: int, number: int, level: int, fields: tuple[Any, ...]
 ) -> tuple[_Section, int]:
-    """A section whose data begins at byte `start`; and where the next one begins."""
+    """Read the section whose data begins at byte `start`; also return the start of the next one."""
     num_rows, room, bucket_rows, num_buckets, block, bucket_size, offsets, *counts, degree = fields
     num_full, num_partial = counts
     if degree > _MAX_DEGREE:
@@ -116,7 +116,7 @@ def _read_section(
     if rows + row_size * num_rows > size:
         raise _cut_off(path, size, what)
     lengths = np.frombuffer(_read(path, file, size, start, 4 * num_partial, what), "<u4")
-    # The last start is where the last bucket ends.
+    # The last of the starts is the end of the last bucket.
     starts = np.cumsum(np.concatenate([[0], np.full(num_full, bucket_rows), lengths]), dtype=np.int64)
     if level and starts[-1] < num_rows:
         raise _damaged(path, number, f"{num_rows} Gaussians in buckets for {starts[-1]}")
@@ -127,7 +127,7 @@ def _read_section(
 
 
 def _read(path: Path, file: BinaryIO, size: int, start: int, length: int, what: str) -> bytearray:
-    """Some bytes of the file, which are known to be there before memory is taken."""
+    """Read `length` bytes from `start`; that they exist is checked before memory is allocated."""
     if start + length > size:
         raise _cut_off(path, size, what)
     content = bytearray(length)
@@ -169,7 +169,7 @@ def open_scene(path: Path) -> SceneFile:
 
 
 def _open_rows(path: Path, header: _Header, num_rows: int, num_terms: int) -> RowSource:
-    """See `SceneFile`."""
+    """See `SceneFile.open_rows`."""
     ends = list(accumulate(section.num_rows for section in header.sections))
 
     @contextmanager
@@ -179,7 +179,7 @@ def _open_rows(path: Path, header: _Header, num_rows: int, num_terms: int) -> Ro
 
             def decode(start: int, stop: int, out: Columns) -> None:
                 first = start
-                while first < stop:  # a block may reach over several sections
+                while first < stop:  # a block may span several sections
                     number = bisect_right(ends, first)
                     section, end = header.sections[number], min(stop, ends[number])
                     row = first - (ends[number] - section.num_rows)
@@ -194,11 +194,11 @@ def _open_rows(path: Path, header: _Header, num_rows: int, num_terms: int) -> Ro
 
 
 def _decode(rows: NDArray[np.uint8], header: _Header, section: _Section, first: int, out: Columns) -> None:
-    """Decode rows of one section; the first is its row `first`."""
+    """Decode rows of one section, starting at row `first` of the section."""
     count = len(out.means)
 
     def view(dtype: str, offset: int, width: int) -> NDArray[Any]:
-        """Values that lie side by side in each row, [rows, width]."""
+        """Adjacent values of each row, [rows, width]."""
         step = np.dtype(dtype).itemsize
         return np.ndarray((count, width), dtype, rows.data, offset, (section.row_size, step))
 
@@ -229,7 +229,7 @@ def _copy(values: NDArray[Any], out: F32) -> None:
 
 
 def _decode_rest(rest: NDArray[Any], degree: int, sh: F32) -> None:
-    """Coefficients lie band by band, within a band channel by channel. Terms that are not stored are 0."""
+    """Copy coefficients stored by band, then by channel; terms that are not stored become 0."""
     start = 0
     for band in range(1, degree + 1):
         width = 2 * band + 1

@@ -1,7 +1,7 @@
-"""Which files a scene lies in, which format each has, and what they state together.
+"""Find the files of a scene and their formats, and join their notes.
 
-The content of a file decides its format, and what is no scene is refused by name. In place of a folder stand
-the scenes in it.
+The content of a file decides its format; known files that are no scenes are refused with a message that says
+what they are. A folder stands for the scenes in it.
 """
 
 import os
@@ -29,7 +29,7 @@ from brushgs.options.table import listed
 from brushgs.values.gaussians import SH_TERMS
 from brushgs.values.notes import LoadNotes, Training
 
-# First bytes of files that are no scenes -> what they are, and the cure.
+# First bytes of files that are no scenes -> a clause that says what they are, and the cure.
 _NO_SCENES = {
     b"version https://git-lfs": "is a git-LFS pointer, not the scene itself; run 'git lfs pull'",
     b"{": "is JSON, but of no SOG scene (meta.json, lod-meta.json) and no glTF model; name the scene itself",
@@ -42,8 +42,8 @@ def find_format(path: Path) -> Format:
     """The format of a scene file or of a folder that holds a scene.
 
     Raises:
-        SceneError: if there is no such file, it may not be read, or it is of no format that is read; says
-            what it is and the cure.
+        SceneError: if there is no such file, it may not be read, or its format is not read; the message says
+            what it is, and the cure.
     """
     scene_format = match_format(path)
     if scene_format is None:
@@ -53,7 +53,7 @@ def find_format(path: Path) -> Format:
 
 
 def match_format(path: Path) -> Format | None:
-    """`find_format`, but None for what is of no format that is read, such as a folder of scene files.
+    """`find_format`, but None if the format is not read, as for a folder of scene files.
 
     Raises SceneError if there is no such file or it may not be read.
     """
@@ -69,7 +69,7 @@ def _first_bytes(path: Path) -> bytes:
 
 
 def _what_it_is(path: Path, begin: bytes) -> str:
-    """One clause: what a file is that is not read, and the cure."""
+    """A clause that says what an unreadable file is, and the cure."""
     if not begin:
         return "is empty; copy or download it again"
     text = begin.removeprefix(BYTE_ORDER_MARK).lstrip()
@@ -79,7 +79,7 @@ def _what_it_is(path: Path, begin: bytes) -> str:
     if begin.startswith(ZIP_BEGINNINGS):
         from brushgs.formats.scenes.sog_meta import open_files
 
-        with open_files(path):  # raises: it says what the archive holds
+        with open_files(path):  # raises an error that says what the archive holds
             pass
     for known in formats_of("scene"):
         if known.matches(path, begin):
@@ -87,28 +87,28 @@ def _what_it_is(path: Path, begin: bytes) -> str:
     return f"is of no scene format that is read: it begins with {begin[:8]!r}; export it as {SCENES_READ}"
 
 
-_DEEP, _FAR = 3, 1000  # folders and entries in which a scene is searched, for the cure in a message
+_DEEP, _FAR = 3, 1000  # levels of folders, and entries, searched for a scene to name in a message
 _IN_FOLDERS = [row for row in SCENE_FORMATS if not row.is_alone]
-_OWN_SUFFIXES = {s for s in suffixes_of(_IN_FOLDERS) if s != ".json"}  # of nothing but scenes
+_OWN_SUFFIXES = {s for s in suffixes_of(_IN_FOLDERS) if s != ".json"}  # suffixes used only by scenes
 
 
 def find_parts(paths: Iterable[Path]) -> list[Path]:
-    """The files and folders that are each of a scene format, in order.
+    """The scene files and scene folders that the paths stand for, in order.
 
-    A pattern such as tiles/*.ply stands for what matches it, by name, see `expand`. A folder that is a scene
-    of itself, as those of .sog are, stands for itself. Any other stands for the scenes directly in it, by
-    name: numbers by value, so that tile_10 follows tile_9. Hidden files and those that neither are scenes nor
-    called so are passed over.
+    A pattern such as tiles/*.ply stands for its matches, see `expand`. A folder that is a scene, such as an
+    unpacked .sog, stands for itself. Any other folder stands for the scenes directly in it. Matches and
+    entries are sorted by name with numbers by value, so that tile_10 follows tile_9. Hidden files and files
+    that neither are scenes nor have the suffix of one are skipped.
 
     Raises:
-        SceneError: if a folder holds no scene; says what was looked for. Files are not checked here.
+        SceneError: if a folder holds no scene; the message says what was looked for. Files are not checked.
     """
     found = (sorted(expand(path), key=lambda entry: natural_key(str(entry))) for path in paths)
     return [part for expanded in found for path in expanded for part in _parts_of(path)]
 
 
 def natural_key(name: str) -> tuple[list[str | int], str]:
-    """Sorts names with the numbers in them by value, whatever the case; equal ones by character."""
+    """Sort key for names: numbers by value, letters without regard to case; ties by character."""
     pieces = re.split("([0-9]+)", name)
     return [int(piece) if index % 2 else piece.casefold() for index, piece in enumerate(pieces)], name
 
@@ -124,11 +124,11 @@ def _parts_of(path: Path) -> list[Path]:
 
 
 def _is_part(entry: "os.DirEntry[str]") -> bool:
-    """Whether an entry of a folder is a scene, or called one: an empty tile is refused, not passed over."""
+    """Whether a folder entry is a scene or has the suffix of one: an empty tile is refused, not skipped."""
     try:
         if entry.is_dir():
             return match_format(Path(entry)) is not None
-        if not entry.is_file():  # also links to what is not there
+        if not entry.is_file():  # false for broken links too
             return False
     except OSError:
         return False
@@ -140,9 +140,9 @@ def _is_part(entry: "os.DirEntry[str]") -> bool:
 
 
 def _entries(folder: Path) -> "list[os.DirEntry[str]]":
-    """What lies in a folder and is not hidden, in natural order.
+    """The entries of a folder that are not hidden, in natural order.
 
-    Entries of a folder know what they are: 100,000 frames are not asked one by one.
+    `os.scandir` tells files from folders, so that 100,000 frames need no call each.
     """
     try:
         with os.scandir(folder) as listed:
@@ -153,7 +153,7 @@ def _entries(folder: Path) -> "list[os.DirEntry[str]]":
 
 
 def _nothing_found(path: Path, entries: "Sequence[os.DirEntry[str]]") -> str:
-    """One clause: what was looked for, and the cure."""
+    """A clause that says what was looked for, and the cure."""
     found = f"none of the {len(entries)} entries of the folder is"
     deeper = _scene_below(path)
     cure = "name the scene file" if deeper is None else f"did you mean {deeper}?"
@@ -162,7 +162,7 @@ def _nothing_found(path: Path, entries: "Sequence[os.DirEntry[str]]") -> str:
 
 
 def _scene_below(path: Path) -> Path | None:
-    """The last file by name in the folders below that is a scene by its content, as trainers nest them."""
+    """The last scene by name in nested folders, as trainers make them; None if there is none."""
     found: list[Path] = []
     num_seen = 0
     for folder, folders, files in os.walk(path):
@@ -175,13 +175,13 @@ def _scene_below(path: Path) -> Path | None:
     return next((file for file in found if match_format(file) is not None), None)
 
 
-_LONGEST_NAME = 40  # of a column, characters
+_LONGEST_NAME = 40  # characters of a column name
 
 
 def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used: int) -> LoadNotes:
-    """What the files of one scene state together.
+    """The joint notes of the files of one scene.
 
-    Where they disagree, a SceneWarning says so, and what is done.
+    If files disagree, a SceneWarning says so, and what is done.
     """
     formats = list(dict.fromkeys(file.format for file in files))
     is_one = len(files) == 1
@@ -205,7 +205,7 @@ def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used:
 
 
 def _common_up(files: Sequence[SceneFile]) -> str | None:
-    """The axis that all those files name which name one."""
+    """The up axis on which all files that state one agree; None if they disagree or none states one."""
     named = {file.up: file.path.name for file in files if file.up is not None}
     if len(named) > 1:
         axes = listed([f"{up} ({name})" for up, name in named.items()], "and")
@@ -215,7 +215,7 @@ def _common_up(files: Sequence[SceneFile]) -> str | None:
 
 
 def _are_strokes(files: Sequence[SceneFile]) -> bool:
-    """Whether all files are strokes."""
+    """Whether all files hold strokes; warns if only some do."""
     strokes = [file.path.name for file in files if file.is_strokes]
     if strokes and len(strokes) < len(files):
         what = f"{strokes[0]} holds strokes of brushgs and other files do not"
@@ -224,7 +224,7 @@ def _are_strokes(files: Sequence[SceneFile]) -> bool:
 
 
 def _common_training(files: Sequence[SceneFile]) -> Training:
-    """That of most Gaussians, the first of equals."""
+    """The training of most Gaussians; the first one in a tie."""
     rows: Counter[Training] = Counter()
     for file in files:
         rows[file.training] += file.num_rows
@@ -236,7 +236,7 @@ def _common_training(files: Sequence[SceneFile]) -> Training:
 
 
 def _printable(name: str) -> str:
-    """A name from a file, which is not trusted to be text nor to be short."""
+    """An untrusted name from a file, shortened and with unprintable characters replaced."""
     return "".join(c if c.isprintable() else "?" for c in name[:_LONGEST_NAME])
 
 
@@ -247,17 +247,17 @@ def _warn(files: Sequence[SceneFile], message: str) -> None:
 # Limits for `warn_of_other_encoding`.
 _MIN_ROWS = 10
 _SIGMOID_OF_1 = 0.7310587
-_MIN_SPREAD = 0.01  # of opacities; scripts write equal ones, which may be in either encoding
+_MIN_SPREAD = 0.01  # range of opacities; scripts write equal ones, which fit either encoding
 _BLINDING = 16.0  # a coefficient of 16 is five times as bright as white; trained scenes reach 12.6
 _NUM_COLORS = 4096  # colours that are inspected
 
 
 def open_file(path: Path, lod: int | None) -> SceneFile:
-    """Read the header of one file, or of a folder that is a scene, with the module of its format.
+    """Read the header of one scene file or scene folder.
 
     Raises:
-        NoGaussiansError: if it is sound, and holds none.
-        SceneError: if it is of no known format or damaged, or has no levels of detail and one is asked for.
+        NoGaussiansError: if it is valid but holds no Gaussians.
+        SceneError: if its format is unknown, it is damaged, or `lod` is given for a scene without levels.
     """
     scene_format = find_format(path)
     open_scene = function_of(scene_format.read)
@@ -269,7 +269,7 @@ def open_file(path: Path, lod: int | None) -> SceneFile:
 
 
 def drop_unnamed_brushes(file: SceneFile, columns: Columns) -> None:
-    """Drop the brushes of strokes where some are not among those that the file names."""
+    """Drop the brushes of strokes, with a warning, if a row has a brush beyond those that the file names."""
     num_named = len(file.brushes)
     if columns.brushes is None or not num_named:
         return
@@ -280,12 +280,12 @@ def drop_unnamed_brushes(file: SceneFile, columns: Columns) -> None:
 
 
 def warn_of_other_encoding(path: Path, columns: Columns) -> None:
-    """Warn of a file whose numbers cannot be in the standard layout; only where that is certain.
+    """Warn if the numbers of a file are certainly not in the standard layout.
 
-    Decoded as a log, a scale of 0 and more is at least 1; decoded as a logit, an opacity of 0 to 1 is 0.5 to
-    0.7311. No trained scene has all of its rows there; a few rows made by hand may. Colours of 0 to 255
-    decoded as coefficients are blinding. This inspects the smallest and largest opacity and scale, and some
-    colours, which takes 1 % of the loading time.
+    A linear scale decoded as a log is at least 1; a linear opacity decoded as a logit is 0.5 to 0.7311. No
+    trained scene has all of its rows in these ranges; a few rows made by hand may. Colours of 0 to 255
+    decoded as coefficients are far too bright. The smallest and largest opacity, the smallest scale and some
+    colours are inspected, which takes 1 % of the loading time.
     """
     if len(columns.means) < _MIN_ROWS:
         return

@@ -1,9 +1,9 @@
-"""PLY files: the header (elements, properties, comments), and rows of an element in any of three encodings.
+"""Read PLY files: the header (elements, properties, comments), and rows of an element in all three encodings.
 
 A block of rows is a structured array with one field per scalar property. All blocks are read into one buffer,
-so a file is never in memory beside what is made of it, and a block is still in the cache when it is decoded.
-Own code: plyfile, under the GPL, takes 1.45 s for 62 columns that this reads in 0.05.
-What `Stored` holds is JSON in header comments, in lines that every reader takes.
+so that the file is never in memory beside the scene, and a block is still in the cache when it is decoded.
+This is own code because plyfile, under the GPL, takes 1.45 s for 62 columns that this reads in 0.05.
+`Stored` is JSON in header comments, split into lines that every reader accepts.
 """
 
 import re
@@ -26,11 +26,11 @@ from brushgs.formats.scenes.stored import Stored, content_of, text_of
 from brushgs.values.notes import Training
 
 PREFIX = "comment brushgs "
-_LINE = 180  # characters of JSON a line: some readers take 255 a word and 1024 a line
+_LINE = 180  # characters of JSON a line: some readers accept 255 a word and 1024 a line
 
 
 def comment_lines(stored: Stored) -> list[str]:
-    """The comments, in ASCII and without newlines; none where there is nothing to say.
+    """The comment lines for `stored`, in ASCII and without newlines; empty if nothing is stored.
 
     Raises ValueError if the names of the brushes are too long.
     """
@@ -46,11 +46,11 @@ _TYPES = {
     "float": "f4", "float32": "f4", "double": "f8", "float64": "f8",
 }  # fmt: skip
 _BYTE_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
-_MAX_HEADER = 1 << 20  # bytes; real headers have 2 KiB, so a megabyte without its end is no header
-STROKES = "strokes of brushgs"  # the comment on Gaussians that are strokes: painting keeps all of them
-# Blanks are bounded: two unbounded runs of them in a row would take quadratic time.
+_MAX_HEADER = 1 << 20  # bytes; real headers have 2 KiB, so a megabyte without an end is no header
+STROKES = "strokes of brushgs"  # comment that marks Gaussians as strokes: painting keeps all of them
+# Runs of blanks are bounded, because two adjacent unbounded ones would take quadratic time.
 _UP = re.compile(r"\b(?:vertical|up)[ _-]?axis\s{0,9}[:=]?\s{0,9}([+-]?)([xyz])\b", re.IGNORECASE)
-# How a scene was trained, in the words of Brush, and in those of Postshot, where 1 is "mip".
+# Comments on the training by Brush, and by Postshot, where 1 is "mip".
 _TRAINED = re.compile(
     r"SplatRenderMode\s{0,9}:\s{0,9}(default|mip|2dgs)|antialiased\s{0,9}([01])", re.IGNORECASE
 )
@@ -58,9 +58,9 @@ _TRAINING: dict[str, Training] = {
     **{"default": "default", "0": "default"},
     **{"mip": "antialiased", "1": "antialiased", "2dgs": "2dgs"},
 }
-BRUSH = "brush"  # the column of bytes that holds the brush of each stroke: a row of the brushes in a comment
-MIP = "SplatRenderMode: mip"  # the comment on antialiased Gaussians
-# Scenes have at most 62 properties and a handful of elements; the time for either is quadratic.
+BRUSH = "brush"  # byte column with the brush of each stroke: a row number of the brushes in a comment
+MIP = "SplatRenderMode: mip"  # comment that marks antialiased Gaussians
+# Scenes have at most 62 properties and a few elements; parsing takes quadratic time in either.
 _MAX_PROPERTIES, _MAX_ELEMENTS = 1000, 100
 
 
@@ -69,9 +69,9 @@ class Element:
     """One table of the file."""
 
     name: str  # "vertex", "face", "chunk", ...
-    count: int  # of rows, >= 0, as stated: `check_size` compares it with the size of the file
-    properties: list[tuple[str, str]] = field(default_factory=list)  # names and types of the scalar ones
-    lists: list[str] = field(default_factory=list)  # names of those that are lists: the row size varies
+    count: int  # stated number of rows, >= 0; `check_size` compares it with the size of the file
+    properties: list[tuple[str, str]] = field(default_factory=list)  # names and types of scalar properties
+    lists: list[str] = field(default_factory=list)  # names of list properties, which make the row size vary
 
     @cached_property
     def dtype(self) -> np.dtype[Any]:
@@ -86,16 +86,16 @@ class Element:
 
 @dataclass
 class Header:
-    """What a PLY header states."""
+    """A parsed PLY header."""
 
     encoding: str = ""  # "ascii", "binary_little_endian" or "binary_big_endian"
     elements: list[Element] = field(default_factory=list)  # in the order of the file
-    data_offset: int = 0  # byte at which the first row begins
-    up: str | None = None  # axis that a comment names as up, "+x" to "-z"
+    data_offset: int = 0  # byte offset of the first row
+    up: str | None = None  # up axis stated by a comment, "+x" to "-z"
     is_strokes: bool = False  # whether a comment states that the rows are strokes, see `STROKES`
-    training: Training | None = None  # how the scene was trained, by the last comment that states it
-    view_text: list[str] = field(default_factory=list)  # of `comment_lines`, not parsed
-    comments: list[str] = field(default_factory=list)  # the others, and obj_info, a blank between words
+    training: Training | None = None  # how the scene was trained, from the last comment that states it
+    view_text: list[str] = field(default_factory=list)  # unparsed text of `comment_lines`
+    comments: list[str] = field(default_factory=list)  # other comments and obj_info, words joined by a blank
 
     @property
     def is_ascii(self) -> bool:
@@ -113,7 +113,7 @@ def parse_header(file: BinaryIO, path: Path) -> Header:
     Lines may end in LF, CR LF or CR.
 
     Raises:
-        SceneError: if the header has no end or a line of it cannot be understood; names the line.
+        SceneError: if the header has no end or a line is invalid; the message names the line.
     """
     begin = file.read(_MAX_HEADER)
     newline = b"\r\n" if begin.startswith(b"ply\r\n") else begin[3:4]
@@ -130,7 +130,7 @@ def parse_header(file: BinaryIO, path: Path) -> Header:
 
 
 def _read_line(path: Path, header: Header, line: str) -> None:
-    """Add the content of one header line."""
+    """Parse one header line into `header`."""
     match line.split():
         case []:
             pass
@@ -141,7 +141,7 @@ def _read_line(path: Path, header: Header, line: str) -> None:
             header.comments.append(" ".join(words))
             if trained := _TRAINED.fullmatch(" ".join(words)):
                 header.training = _TRAINING[(trained[1] or trained[2]).lower()]
-            # Brush writes "Vertical axis: y" into scenes whose up is -y: without a sign, y is no direction.
+            # Brush writes "Vertical axis: y" into scenes whose up is -y, so y without a sign is ignored.
             if (axis := _UP.search(line)) and (axis[1] or axis[2].lower() != "y"):
                 header.up = (axis[1] or "+") + axis[2].lower()
         case ["format", encoding, _] if encoding in _BYTE_ORDERS and not header.elements:
@@ -168,13 +168,13 @@ def _read_count(path: Path, name: str, count: str) -> int:
 
 
 def _check_number(path: Path, what: str, found: Sequence[object], most: int) -> None:
-    """Refuse one more of something if there are `most` already."""
+    """Refuse another item if there are `most` already."""
     if len(found) >= most:
         raise SceneError(path, f"the header must name at most {most} {what}; export it as a 3DGS scene")
 
 
 def _add_property(path: Path, header: Header, type_name: str, name: str) -> None:
-    """Add one scalar column to the element being read."""
+    """Add a scalar property to the last element."""
     properties = header.elements[-1].properties
     if type_name not in _TYPES:
         known = ", ".join(t for t in _TYPES if not t[-1].isdigit())
@@ -187,19 +187,19 @@ def _add_property(path: Path, header: Header, type_name: str, name: str) -> None
     properties.append((name, "f8" if header.is_ascii else order + _TYPES[type_name]))
 
 
-_LONGEST_LINE = 1 << 16  # bytes; a row of as many properties as a header may name has half of that
-_PIECE = 1 << 18  # bytes of text parsed at a time: as words and numbers they take forty times as much
+_LONGEST_LINE = 1 << 16  # bytes; twice a row of the most properties that a header may name
+_PIECE = 1 << 18  # bytes of text parsed at a time; words and numbers take forty times as much memory
 
 
 def check_size(path: Path, header: Header, element: Element, size: int) -> None:
-    """Compare the counts of a header with the `size` of the file, before memory is allocated.
+    """Check the counts of a header against the file `size` in bytes, before memory is allocated.
 
     Raises:
-        SceneError: if the file is too short for the rows of `element`; says how many are complete and
-            how many bytes are missing.
+        SceneError: if the file is too short for the rows of `element`; the message says how many rows are
+            complete and how many bytes are missing.
     """
     if header.is_ascii:
-        # Every value takes a digit and a blank or newline; the last newline may be missing.
+        # Every value takes at least a digit and a blank or newline; the last newline may be missing.
         start, row_size = header.data_offset, max(2 * len(element.names), 1)
         size += 1
     else:
@@ -213,7 +213,7 @@ def check_size(path: Path, header: Header, element: Element, size: int) -> None:
 
 
 def warn_of_surplus(path: Path, header: Header, size: int) -> None:
-    """Warn of bytes after the last row: a sign of a wrong count or a faulty transfer."""
+    """Warn of bytes after the last row, a sign of a wrong count or a faulty transfer."""
     if header.is_ascii or any(element.lists for element in header.elements):
         return
     end = header.data_offset + sum(element.count * element.dtype.itemsize for element in header.elements)
@@ -224,10 +224,10 @@ def warn_of_surplus(path: Path, header: Header, size: int) -> None:
 
 
 def data_start(path: Path, header: Header, element: Element) -> int:
-    """Byte at which the rows of an element of a binary file begin.
+    """Byte offset of the rows of an element of a binary file.
 
     Raises:
-        SceneError: if a list, whose length is known from its data only, comes before or in the element.
+        SceneError: if the element or one before it has a list property, whose length is only in its data.
     """
     start = header.data_offset
     for other in header.elements:
@@ -246,10 +246,10 @@ def data_start(path: Path, header: Header, element: Element) -> int:
 def open_rows(
     path: Path, header: Header, element: Element, block_rows: int
 ) -> "Iterator[_BinaryRows | _AsciiRows]":
-    """A reader of rows `start` to `stop` of `element`, at most `block_rows`; each is valid until the next.
+    """Open a reader of blocks of up to `block_rows` rows; a block is valid until the next is read.
 
-    It has a file object of its own, so several threads can read at once. An ASCII reader must be asked for
-    rows in order.
+    Each reader has its own file object, so several threads can read at once. An ASCII reader must be asked
+    for rows in order.
     """
     with open_plain(path, buffering=-1 if header.is_ascii else 0) as file:
         if header.is_ascii:
@@ -299,7 +299,7 @@ class _AsciiRows:
         return block.view(self._element.dtype)[:, 0]
 
     def _read_lines(self, file: BinaryIO) -> Iterator[bytes]:
-        """Lines that are not blank, none longer than `_LONGEST_LINE`."""
+        """Yield lines that are not blank. Raises SceneError if one is too long, see `_LONGEST_LINE`."""
         while line := file.readline(_LONGEST_LINE):
             if len(line) == _LONGEST_LINE:
                 fault = f"has a line of more than {_LONGEST_LINE} bytes among its rows"
@@ -308,7 +308,7 @@ class _AsciiRows:
                 yield line
 
     def _take_piece(self, num_lines: int) -> list[bytes]:
-        """The next lines, at most so many, and at most about `_PIECE` bytes."""
+        """The next lines: at most `num_lines`, and about `_PIECE` bytes."""
         lines: list[bytes] = []
         size = 0
         for line in islice(self._lines, num_lines):
@@ -319,7 +319,7 @@ class _AsciiRows:
         return lines
 
     def _numbers(self, lines: list[bytes], start: int) -> NDArray[np.float64]:
-        """[lines, properties] of some lines; the first is row `start`."""
+        """The numbers of some lines, [lines, properties]; the first line is row `start`."""
         width = len(self._element.names)
         tokens = b" ".join(lines).split()
         try:
@@ -331,7 +331,7 @@ class _AsciiRows:
         return values.reshape(len(lines), width)
 
     def _find_fault(self, lines: list[bytes], start: int) -> SceneError:
-        """What is wrong with the first line that is not a row of numbers."""
+        """The error for the first line that is not a row of numbers."""
         names = self._element.names
         for row, line in enumerate(lines, start):
             tokens = line.split()

@@ -1,7 +1,7 @@
-"""Gaussians become a PLY file: of the standard layout, which every 3DGS program reads, or compressed.
+"""Write Gaussians as a PLY file, in the standard layout, which every 3DGS program reads, or compressed.
 
-The compressed layout of PlayCanvas and SuperSplat takes 16 bytes a Gaussian, in chunks of 256; its constants
-and its source are those of `ply`. Its rows are sorted along a curve in space, so that those of a chunk are
+The compressed layout of PlayCanvas and SuperSplat takes 16 bytes a Gaussian, in chunks of 256; see `ply` for
+its constants and source. Its rows are sorted along a space-filling curve, so that the rows of a chunk are
 near each other.
 """
 
@@ -32,11 +32,11 @@ _BLOCK_ROWS = 1 << 14
 
 
 def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING) -> None:
-    """Write Gaussians as binary little-endian float32, log-scales and opacity logits.
+    """Write Gaussians as binary little-endian float32, with log-scales and opacity logits.
 
-    The values read back within float32 rounding of the logs. No infinity is written: a scale of 0 and
-    opacities of 0 and 1 become finite logs that read back as exactly 0 and 1. That Gaussians are antialiased
-    is a comment, in the words of Brush. Brushes of strokes are the last column, `brush`, of bytes.
+    Values are read back within the float32 rounding of the logs. No infinity is written: a scale of 0 and
+    opacities of 0 and 1 become finite logs that are read back as exactly 0 and 1. A comment, worded as by
+    Brush, marks antialiased Gaussians. Brushes of strokes are bytes in the last column, `brush`.
 
     Raises:
         ValueError: if the names of brushes are too long.
@@ -55,14 +55,14 @@ def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING)
 
 
 def header_comments(known: Stored) -> str:
-    """Header lines that record what is known, each with its newline."""
+    """Comment lines that record `known`, each with a newline."""
     texts = [STROKES] * known.is_strokes + [MIP] * known.antialiased
     others = comment_lines(known._replace(is_strokes=False, antialiased=False))
     return "".join(f"{line}\n" for line in [*(f"comment {text}" for text in texts), *others])
 
 
 def _names(num_terms: int) -> tuple[str, ...]:
-    """Properties in their standard order."""
+    """Names of the properties in standard order."""
     rest = (f"f_rest_{index}" for index in range(3 * (num_terms - 1)))
     head = ("x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2")
     tail = ("opacity", "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3")
@@ -70,7 +70,7 @@ def _names(num_terms: int) -> tuple[str, ...]:
 
 
 def _encode(gaussians: Gaussians, width: int) -> bytes:
-    """Rows of the file."""
+    """Encode Gaussians as the bytes of rows."""
     num_rows, num_rest = len(gaussians), 3 * (gaussians.sh.shape[1] - 1)
     rows = np.zeros((num_rows, width), dtype="<f4")  # normals stay 0: Gaussians have none
     rows[:, 0:3] = gaussians.means
@@ -85,16 +85,16 @@ def _encode(gaussians: Gaussians, width: int) -> bytes:
 
 
 def _representable(quats: Array) -> Array:
-    """Quaternions scaled to what float32 can hold; their length has no meaning."""
+    """Quaternions scaled to the range of float32; their length has no meaning."""
     return quats if quats.dtype == np.float32 else quats / np.abs(quats).max(axis=1, keepdims=True)
 
 
-_LARGEST_LOG = 20.0  # of a scale: some readers clip there
+_LARGEST_LOG = 20.0  # largest log-scale: some readers clip there
 
 
 @in_order(spatial_order)
 def write_compressed(rows: Gaussians, path: str | Path, known: Stored) -> None:
-    """Write chunks, packed rows and spherical harmonics of 8 bits, with comments as in a PLY.
+    """Write chunks, packed rows and 8-bit spherical harmonics, with comments as in a standard PLY.
 
     Scales are clipped to exp(-20) to exp(20) units, harmonics to -4 to 4.
 
@@ -145,7 +145,7 @@ def _ranges(column: F32) -> tuple[F32, F32]:
 
 
 def _pack(fractions: NDArray[np.floating], bits: tuple[int, ...]) -> U32:
-    """[n, len(bits)] fractions, 0 to 1 -> [n] words, from the highest bits down."""
+    """Pack [n, len(bits)] fractions, 0 to 1, to [n] words, from the highest bits down."""
     words = np.zeros(len(fractions), np.int64)
     for index, width in enumerate(bits):
         largest = (1 << width) - 1
@@ -154,12 +154,12 @@ def _pack(fractions: NDArray[np.floating], bits: tuple[int, ...]) -> U32:
 
 
 def _pack_quats(quats: NDArray[np.floating]) -> U32:
-    """The index of the largest component of w, x, y, z in the upper two bits, then the others in order."""
+    """Pack quaternions: upper two bits the index of the largest of w, x, y, z, then the others in order."""
     largest, others = smallest_three(quats)
     return np.asarray(largest.astype(np.uint32) << 30 | _pack(others * np.sqrt(0.5) + 0.5, SMALL_BITS))
 
 
 def _pack_rest(sh: NDArray[np.floating]) -> NDArray[np.uint8]:
-    """[n, 3 x terms] f_rest channel by channel: the 256th of the range that each value lies in."""
+    """[n, 3 x terms] f_rest as bytes, channel by channel: the range is divided into 256 equal parts."""
     rest = sh[:, 1:].transpose(0, 2, 1).reshape(len(sh), -1)
     return np.asarray(np.clip(np.floor((rest / SH_RANGE + 0.5) * 256), 0, 255)).astype(np.uint8)

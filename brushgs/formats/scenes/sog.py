@@ -1,6 +1,6 @@
 """SOG scenes (Spatially Ordered Gaussians, versions 1 and 2): WebP pictures of bytes with a `meta.json`.
 
-A pixel of each picture belongs to one Gaussian, in rows from the top left. A scene is a folder, its
+Each Gaussian has one pixel in each picture, in rows from the top left. A scene is given as a folder, its
 `meta.json`, or a zip archive of the same files.
 """
 
@@ -26,33 +26,33 @@ from brushgs.values.arrays import F32
 
 U8 = NDArray[np.uint8]
 
-_BLOCK_ROWS = 1 << 11  # 0.4 MB with harmonics of degree 3, which stay in the cache
+_BLOCK_ROWS = 1 << 11  # 0.4 MB with harmonics of degree 3, which fits the cache
 _CURE = "download or export the scene again"
-# A picture may have pixels that no Gaussian belongs to: sides are multiples of 4, or powers of two.
+# A picture may have unused pixels, because its sides are multiples of 4 or powers of 2.
 _MAX_SPARE, _FEW_PIXELS = 4, 1 << 16
-# Bytes of a lossless WebP that could not be compressed at all.
+# Most bytes of a lossless WebP: its size without any compression.
 _MAX_PIXEL_BYTES, _MAX_EXTRA_BYTES = 5, 1 << 16
 # Bytes in memory per byte of the pictures: trained scenes reach 18 (degree 3, with a large palette).
 MAX_GROWTH = 64
-QUAT_TAG = 252  # the last byte of a rotation whose largest component is w
+QUAT_TAG = 252  # last byte of a rotation whose largest component is w
 _SMALL_COMPONENTS = ((np.arange(256) / 255 * 2 - 1) * np.sqrt(0.5)).astype(np.float32)
 
 
 @dataclass(frozen=True)
 class Sog:
-    """A SOG scene whose pictures have the sizes that it needs."""
+    """A SOG scene; the sizes of its pictures were checked."""
 
-    path: Path  # of a zip archive, folder, or `meta.json` in one
+    path: Path  # zip archive, folder, or the `meta.json` in a folder
     meta: Meta
-    num_entries: int  # of the palette, 0 without one
+    num_entries: int  # entries of the palette, 0 without one
     num_terms: int  # spherical-harmonic terms of each Gaussian
-    size: int  # bytes of its files
+    size: int  # total bytes of its files
 
 
 def open_scene(path: Path) -> SceneFile:
     """Read the `meta.json` of a SOG scene and the sizes of its pictures.
 
-    Raises SceneError if something is missing or does not fit.
+    Raises SceneError if a file or field is missing or does not fit.
     """
     sog = open_sog(path)
     return SceneFile(
@@ -67,11 +67,11 @@ def open_scene(path: Path) -> SceneFile:
 
 
 def open_sog(path: Path) -> Sog:
-    """Read the `meta.json` of a scene and compare the sizes of its pictures with it. See `open_scene`."""
+    """Read the `meta.json` of a scene and check the sizes of its pictures. Raises as `open_scene`."""
     with open_files(path) as files:
         content = files.meta(MAX_BYTES)
         meta = parse_meta(files.path, content)
-        for name in meta.pictures[:6]:  # all but that of centroids
+        for name in meta.pictures[:6]:  # all except the centroids
             _check_size(files, name, meta.num_rows)
         num_entries, bands = 0, 0
         if meta.palette is not None:
@@ -83,10 +83,10 @@ def open_sog(path: Path) -> Sog:
 
 
 def rows_of(parts: Sequence[tuple[Sog, list[tuple[int, int]]]], num_terms: int) -> RowSource:
-    """The rows of scenes one after the other, whose pictures are decoded where a row of them is wanted.
+    """The rows of several scenes in order; the pictures of a scene are decoded when its rows are needed.
 
-    Of each scene the first row and the row after the last of each run are given. A scene without the last of
-    `num_terms` spherical-harmonic terms sets these to 0.
+    Each scene has a list of runs (first row, row after the last). Scenes with fewer than `num_terms`
+    spherical-harmonic terms are padded with 0.
     """
     counts = [sum(stop - start for start, stop in runs) for _, runs in parts]
     is_logit = all(sog.meta.version == 1 for sog, _ in parts)
@@ -96,7 +96,7 @@ def rows_of(parts: Sequence[tuple[Sog, list[tuple[int, int]]]], num_terms: int) 
 
 
 def _open_decoder(sog: Sog, runs: list[tuple[int, int]], *, is_logit: bool) -> Decoder:
-    """Decode the pictures of a scene. Raises SceneError if one is damaged."""
+    """A decoder of the rows in `runs` of a scene. Raises SceneError if a picture is damaged."""
     meta = sog.meta
     with open_files(sog.path) as files:
         with ThreadPoolExecutor(min(num_threads_or_default(None), len(meta.pictures))) as pool:
@@ -112,13 +112,13 @@ def _open_decoder(sog: Sog, runs: list[tuple[int, int]], *, is_logit: bool) -> D
     parts = ([picture[start:stop] for start, stop in runs] for picture in pictures)
     pictures = [part[0] if len(part) == 1 else np.concatenate(part) for part in parts]
     opacities: NDArray[np.floating] = meta.opacities
-    if meta.version == 1 and not is_logit:  # beside scenes of version 2
+    if meta.version == 1 and not is_logit:  # joined with scenes of version 2
         opacities = (1 / (1 + np.exp(-opacities))).astype(np.float32)
     return _decoder(meta, pictures, palette, opacities)
 
 
 def _size_of(files: SceneFiles, name: str) -> tuple[int, int]:
-    """Width and height of a picture by its first bytes."""
+    """Width and height of a picture, from its first bytes. Raises SceneError if it is no lossless WebP."""
     begin = files.head(name)
     if begin[:4] != b"RIFF" or begin[8:12] != b"WEBP":
         raise SceneError(files.path, f"picture {name[:100]!r} must be a WebP, but is not; {_CURE}")
@@ -129,7 +129,7 @@ def _size_of(files: SceneFiles, name: str) -> tuple[int, int]:
 
 
 def _check_size(files: SceneFiles, name: str, num_rows: int) -> None:
-    """Refuse a picture with fewer pixels than Gaussians, or far more."""
+    """Refuse a picture with fewer or far more pixels than Gaussians."""
     width, height = _size_of(files, name)
     most = _MAX_SPARE * num_rows + _FEW_PIXELS
     if not num_rows <= width * height <= most:
@@ -138,7 +138,7 @@ def _check_size(files: SceneFiles, name: str, num_rows: int) -> None:
 
 
 def _check_centroids(files: SceneFiles, palette: Palette) -> tuple[int, int]:
-    """Number of entries and bands of the palette."""
+    """Number of entries and bands of the palette. Raises SceneError if the size of its picture is wrong."""
     width, height = _size_of(files, palette.centroids)
     found = count_palette(width, height, palette)
     if found is None:
@@ -149,7 +149,7 @@ def _check_centroids(files: SceneFiles, palette: Palette) -> tuple[int, int]:
 
 
 def _read_picture(files: SceneFiles, name: str) -> U8:
-    """[pixels, 4] in rows from the top left; alpha is 255 where there is none."""
+    """[pixels, 4] in rows from the top left; alpha is 255 if the picture has none."""
     num_pixels = prod(_size_of(files, name))
     with files.on_disk(name, _MAX_PIXEL_BYTES * num_pixels + _MAX_EXTRA_BYTES) as path:
         pixels = read_bytes(path, num_pixels)
@@ -161,7 +161,7 @@ def _read_picture(files: SceneFiles, name: str) -> U8:
 
 
 def _read_palette(pixels: U8, palette: Palette, sog: Sog) -> F32:
-    """[entries, terms, 3] coefficients; those of degree 0 are 0."""
+    """[entries, terms, 3] coefficients of the palette; degree 0 is 0."""
     num_rest = sog.num_terms - 1
     entries = np.zeros((sog.num_entries, sog.num_terms, 3), np.float32)
     entries[:, 1:] = palette.values[pixels[: sog.num_entries * num_rest, :3]].reshape(-1, num_rest, 3)
@@ -169,12 +169,12 @@ def _read_palette(pixels: U8, palette: Palette, sog: Sog) -> F32:
 
 
 def _words(low: U8, high: U8) -> NDArray[np.uint16]:
-    """Numbers of 16 bits."""
+    """Combine low and high bytes to 16-bit numbers."""
     return np.asarray(high.astype(np.uint16) << 8 | low)
 
 
 def _decoder(meta: Meta, pictures: list[U8], palette: F32 | None, opacities: F32) -> Decoder:
-    """Decodes rows of the pictures: low and high bytes of means, quats, scales, colours and any labels."""
+    """A decoder of rows; `pictures` are low and high bytes of means, quats, scales, colours, any labels."""
 
     def decode(start: int, stop: int, out: Columns) -> None:
         low, high, quats, scales, colors = (picture[start:stop] for picture in pictures[:5])
@@ -182,7 +182,7 @@ def _decoder(meta: Meta, pictures: list[U8], palette: F32 | None, opacities: F32
         if palette is not None:
             labels = _words(*(pictures[5][start:stop, channel] for channel in (0, 1)))
             num_terms = palette.shape[1]
-            if num_terms == out.sh.shape[1]:  # without a copy between: half of the time
+            if num_terms == out.sh.shape[1]:  # without an intermediate copy: half of the time
                 np.take(palette, labels, axis=0, out=out.sh, mode="clip")  # labels were checked
             else:
                 out.sh[:, :num_terms] = palette[labels]

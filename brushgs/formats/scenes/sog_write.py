@@ -1,12 +1,12 @@
-"""Gaussians become a SOG scene of version 2: a zip archive of lossless WebP pictures and a `meta.json`.
+"""Write Gaussians as a SOG scene of version 2: a zip archive of lossless WebP pictures and a `meta.json`.
 
-The layout, its formulas and its source are those of `sog` and `sog_meta`. Rows are sorted along a curve in
-space, so that neighbours in a picture are alike, which packs better.
+`sog` and `sog_meta` describe the layout, its formulas and its source. Rows are sorted along a space-filling
+curve, so that neighbouring pixels are similar and compress better.
 
-Codebooks, the few numbers or rows of numbers that stand best for many, are k-means. Of single numbers it is
-Lloyd's method on sorted values, which has no chance in it. Of rows it is done in two levels, since 65,536
-centroids of a million rows at once would take hours on a CPU: some hundreds of groups, then centroids within
-each, as many as its rows and their squared distances ask for.
+Codebooks are computed by k-means. For single numbers it is Lloyd's method on sorted values, which is
+deterministic. For rows of numbers it has two levels, because 65,536 centroids of a million rows at once would
+take hours on a CPU: first some hundreds of groups, then centroids within each group, as many as its number of
+rows and their squared distances require.
 """
 
 import json
@@ -43,23 +43,23 @@ if TYPE_CHECKING:
     from sklearn.cluster import KMeans
 
 
-NUM_LEVELS = 256  # a byte names one
-_ROUNDS = 60  # of Lloyd's method
-# In the first rounds, levels that hardly matter go where the error is largest: to take one away makes its
-# error about 16 times as large, and a second one makes that of another a quarter.
+NUM_LEVELS = 256  # the values of a byte
+_ROUNDS = 60  # iterations of Lloyd's method
+# In the first iterations, the least useful levels move to where the error is largest: removing a level makes
+# its error about 16 times as large, and adding a second level reduces an error to a quarter.
 _MOVING_ROUNDS, _MOVED, _WORTH = 40, 16, 24
-_GROUP_ROWS, _MAX_GROUPS = 1024, 256  # rows of a group, more where these would be more groups
-_FIRST_ROWS = 1 << 16  # of which groups are made
-_ROW_ROUNDS = 3  # with an entry for two rows, 12 gain 0.1 dB
+_GROUP_ROWS, _MAX_GROUPS = 1024, 256  # rows of a group, or more if there would be too many groups
+_FIRST_ROWS = 1 << 16  # rows from which groups are made
+_ROW_ROUNDS = 3  # with one entry per two rows, 12 iterations gain 0.1 dB
 _SEED = 20261122
 
 
 def levels_of(
     values: NDArray[np.floating], weights: NDArray[np.floating] | None = None
 ) -> NDArray[np.float64]:
-    """[256] ascending numbers near which the values lie, least squares; equal ones at the end if fewer do.
+    """[256] ascending levels that minimise the squared error to the values; with fewer values, the last repeats.
 
-    `weights`, >= 0 and of the shape of the values, are how much the error of each counts.
+    `weights`, >= 0 and of the shape of the values, weight the squared errors.
     """
     order = np.argsort(values, axis=None, kind="stable")
     ordered = values.reshape(-1)[order].astype(np.float64)
@@ -90,15 +90,15 @@ def levels_of(
 
 
 def nearest_levels(values: NDArray[np.floating], levels: NDArray[np.float64]) -> NDArray[np.uint8]:
-    """Which of ascending levels is nearest to each value."""
+    """The index of the nearest of ascending levels for each value."""
     borders = (levels[1:] + levels[:-1]) / 2
     return np.searchsorted(borders, values.astype(np.float64)).astype(np.uint8)
 
 
 def palette_of(rows: F32, most: int) -> tuple[F32, NDArray[np.int64]]:
-    """At most so many rows, [entries, columns], that stand for all, [N, columns]; and the entry of each row.
+    """At most `most` centroids [entries, columns] of rows [N, columns], and the entry of each row.
 
-    Least squares. The same input gives the same, with any number of threads.
+    Minimises squared errors. The result does not depend on the number of threads.
     """
     distinct, labels = np.unique(rows, axis=0, return_inverse=True)
     if len(distinct) <= most:
@@ -109,7 +109,7 @@ def palette_of(rows: F32, most: int) -> tuple[F32, NDArray[np.int64]]:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """Sums of k-means depend on how many threads share them. Fewer distinct rows than clusters are fine."""
+    """Run k-means on one thread, as its sums depend on the number; ignore warnings of few distinct rows."""
     try:
         from sklearn.exceptions import ConvergenceWarning
         from threadpoolctl import threadpool_limits  # of scikit-learn
@@ -117,13 +117,13 @@ def _one_thread_each() -> Iterator[None]:
         fact = "a .sog of spherical harmonics needs scikit-learn"
         raise ValueError(f"{fact}; pip install 'brushgs[kmeans]', or write .spz") from None
 
-    with threadpool_limits(1), warnings.catch_warnings():  # those of all threads
+    with threadpool_limits(1), warnings.catch_warnings():  # in all threads
         warnings.simplefilter("ignore", ConvergenceWarning)
         yield
 
 
 def _palette_of_groups(rows: F32, most: int) -> tuple[F32, NDArray[np.int64]]:
-    """The same for rows of which too many differ."""
+    """`palette_of` for more distinct rows than entries."""
     groups = _groups(rows)
     shares = _shares(rows, groups, most)
     labels, start = np.empty(len(rows), np.int64), 0
@@ -136,7 +136,7 @@ def _palette_of_groups(rows: F32, most: int) -> tuple[F32, NDArray[np.int64]]:
 
 
 def _groups(rows: F32) -> list[NDArray[np.int64]]:
-    """Row numbers of parts of the rows that are near each other."""
+    """Row numbers of groups of similar rows."""
     num_groups = min(-(-len(rows) // _GROUP_ROWS), _MAX_GROUPS)
     if num_groups == 1:
         return [np.arange(len(rows))]
@@ -148,9 +148,9 @@ def _groups(rows: F32) -> list[NDArray[np.int64]]:
 
 
 def _shares(rows: F32, groups: list[NDArray[np.int64]], most: int) -> list[int]:
-    """How many entries each group gets, >= 1 and together at most `most`."""
+    """The number of entries of each group, >= 1 each and at most `most` in total."""
     spreads = np.array([rows[group].astype(np.float64).var(axis=0).sum() * len(group) for group in groups])
-    # The squared error of k entries falls slowly, as k^(-2 / columns): rows count as much as their spread.
+    # The squared error of k entries falls slowly, as k^(-2 / columns): weight rows and spread equally.
     weights = np.sqrt(spreads * [len(group) for group in groups])
     room = most - len(groups)
     shares = np.floor(weights / max(weights.sum(), 1e-300) * room).astype(int)
@@ -158,7 +158,7 @@ def _shares(rows: F32, groups: list[NDArray[np.int64]], most: int) -> list[int]:
 
 
 def _cluster(rows: F32, num_entries: int) -> tuple[F32, NDArray[np.int64]]:
-    """Centroids of one group, and that of each row."""
+    """At most `num_entries` centroids of one group, and the centroid of each row."""
     distinct, labels = np.unique(rows, axis=0, return_inverse=True)
     if len(distinct) <= num_entries:
         return distinct, labels.reshape(-1)
@@ -173,18 +173,18 @@ def _k_means(num_clusters: int) -> "KMeans":
     return KMeans(num_clusters, init="random", n_init=1, max_iter=_ROW_ROUNDS, tol=0, random_state=_SEED)
 
 
-_WHOLE = 65535  # the largest number of 16 bits
-# Gaussians for an entry of the palette, in scenes of up to 131,072: with 16, files are a third smaller and
-# pictures 7 to 12 dB farther from the scene.
+_WHOLE = 65535  # largest 16-bit number
+# Gaussians per entry of the palette, in scenes of up to 131,072: with 16, files are a third smaller and
+# pictures 7 to 12 dB worse.
 _ENTRY_ROWS = 2
 _LEAST_ENTRIES = 1024
-_LEAST_AREA = 1e-6  # of the largest: so that flat ones, whose scale is 0, stay flat
-_DATE = (1980, 1, 1, 0, 0, 0)  # of the members: the first that a zip archive can state
+_LEAST_AREA = 1e-6  # least weight, relative to the largest area: keeps the scale 0 of flat Gaussians
+_DATE = (1980, 1, 1, 0, 0, 0)  # of members: the earliest date in a zip archive
 
 
 @in_order(spatial_order)
 def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
-    """Write the pictures and what they mean. Gaussians whose opacity rounds to 0 lose their colours, unseen.
+    """Write the pictures and the meta. Gaussians whose opacity rounds to 0 lose their colours, unseen.
 
     Raises:
         ValueError: if the names of brushes are too long, or the palette of spherical harmonics needs
@@ -195,7 +195,7 @@ def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
     low, high = logs.min(axis=0), logs.max(axis=0)
     places = rounded(fractions_of(logs, low, high) * _WHOLE, _WHOLE)
     log_scales, colors = logs_of(rows.scales), rows.sh[:, 0].astype(np.float64)
-    # By area: large Gaussians are few, and their errors show most.
+    # Weight by area, since large Gaussians are few and their errors are most visible.
     areas = np.exp(2 * (log_scales - log_scales.max()))
     scale_levels = levels_of(log_scales, np.maximum(areas, _LEAST_AREA))
     color_levels = levels_of(colors)
@@ -222,14 +222,14 @@ def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
     if rows.sh.shape[1] > 1:
         meta["shN"], more = _harmonics(rows)
         whole |= more
-    if content := content_of(stored._replace(antialiased=False)):  # which `model` says
+    if content := content_of(stored._replace(antialiased=False)):  # `model` states it
         meta[NOTES] = content
     text = json.dumps(meta, separators=(",", ":"), allow_nan=False).encode("ascii")
     _write_archive(path, text, whole)
 
 
 def _harmonics(rows: Gaussians) -> tuple[dict[str, Any], dict[str, NDArray[np.uint8]]]:
-    """The degrees above 0: a palette, and the entry of each Gaussian."""
+    """Meta and pictures of the degrees above 0: a palette, and the entry of each Gaussian."""
     num_rest = rows.sh.shape[1] - 1
     flat = rows.sh[:, 1:].astype(np.float32).reshape(len(rows), -1)
     entries, labels = palette_of(flat, min(MAX_PALETTE, max(_LEAST_ENTRIES, len(rows) // _ENTRY_ROWS)))
@@ -256,24 +256,24 @@ def _pack_quats(quats: NDArray[np.floating]) -> NDArray[np.int64]:
 
 
 def _laid_out(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """[n, channels] -> [height, width, channels] in rows, about a square; sides are multiples of 4."""
+    """Arrange [n, channels] in rows as [height, width, channels], nearly square with sides of multiples of 4."""
     num_rows, channels = pixels.shape
     width = -(-int(np.ceil(np.sqrt(num_rows))) // 4) * 4
     height = -(-num_rows // (4 * width)) * 4
     picture = np.zeros((height * width, channels), np.uint8)
     picture[:num_rows] = pixels
     if channels == 4:
-        picture[num_rows:, 3] = 255  # transparent pixels would not pack better
+        picture[num_rows:, 3] = 255  # transparent pixels would not compress better
     return picture.reshape(height, width, channels)
 
 
 def _listed(levels: NDArray[np.float64]) -> list[float]:
-    """As the shortest numbers that are the same float32."""
+    """The levels as the shortest decimal numbers of the same float32 values."""
     return [float(str(value)) for value in levels.astype(np.float32)]
 
 
 def _write_archive(path: str | Path, meta: bytes, pictures: dict[str, NDArray[np.uint8]]) -> None:
-    """Members are stored as they are: WebP does not pack further."""
+    """Write the archive without compression, since WebP does not compress further."""
     with (
         replacing(path) as temporary,
         scratch_folder() as folder,

@@ -55,7 +55,7 @@ def open_scene(path: Path) -> SceneFile:
 
 
 def _open_rows(path: Path, num_rows: int) -> RowSource:
-    """See `SceneFile`."""
+    """See `SceneFile.open_rows`."""
 
     @contextmanager
     def open_decoder() -> Iterator[Decoder]:

@@ -1,12 +1,12 @@
-"""Niantic's SPZ: a scene of about 10 times fewer bytes than PLY, of versions 1 to 4.
+"""Niantic's SPZ, versions 1 to 4: about 10 times smaller than PLY.
 
-Positions have 24 bits an axis (half floats in version 1), everything else 8 bits a number and rotations 24 to
-32 bits; every value becomes the float32 that is nearest to what the format defines. The axes are read as they
-are stored: the specification says right-up-back, but many writers store those of the PLY that they had, so up
-is stated only where an extension of the file names its axes.
+Positions have 24 bits an axis (half floats in version 1), rotations 24 to 32 bits, all other numbers 8 bits;
+each value is decoded to the float32 nearest to its definition. Axes are read as stored: the specification
+says right-up-back, but many writers keep the axes of their PLY, so `up` is set only if an extension of the
+file names the axes.
 
-Version 3 is written, which the readers of 2025 take too: version 2 stores rotations to about a degree, and
-version 4 packs with zstd, which few readers unpack. Rows keep their order, but for strokes with brushes.
+Version 3 is written, which readers of 2025 support: version 2 stores rotations to about a degree, and version
+4 needs zstd, which few readers have. Rows keep their order, but strokes with brushes are sorted by brush.
 Source: https://github.com/nianticlabs/spz.
 """
 
@@ -46,21 +46,21 @@ from brushgs.values.sh import sh_basis
 
 _BYTES = np.arange(256)
 _OPACITIES = (_BYTES / 255).astype(np.float32)
-_COLOR_SCALE = 0.15  # of a coefficient of degree 0, before 0.5 is added
-_LOWEST_LOG_SCALE, _LOG_SCALE_STEPS = -10, 16  # the log-scale of byte 0, and steps to the next whole one
-# 0 to 255 are colours of -0.44 to 1.44: coefficients of -3.3 to 3.3, without the factor C0 of a colour.
+_COLOR_SCALE = 0.15  # factor of a coefficient of degree 0, before 0.5 is added
+_LOWEST_LOG_SCALE, _LOG_SCALE_STEPS = -10, 16  # the log-scale of byte 0, and steps per unit of log-scale
+# Bytes 0 to 255 are coefficients of -3.3 to 3.3, which are colours of -0.44 to 1.44.
 _COLORS = ((_BYTES / 255 - 0.5) / _COLOR_SCALE).astype(np.float32)
-_SH_ZERO = 128  # of a spherical-harmonic coefficient, and the steps from there to 1
+_SH_ZERO = 128  # the byte of a spherical-harmonic coefficient of 0, and the number of steps from 0 to 1
 _MAGNITUDES = np.arange(512) / 511 * np.sqrt(0.5)
-# A component of 10 bits, the highest its sign: no component but the largest is beyond 1/sqrt(2).
+# A component of 10 bits, of which the highest is the sign: only the largest can exceed 1/sqrt(2).
 _COMPONENTS = np.concatenate([_MAGNITUDES, -_MAGNITUDES]).astype(np.float32)
 _SOMEWHERE = np.array([[1, 2, 3]]) / np.sqrt(14)  # a direction in which no basis function is zero
-# How each basis function changes where x is turned: 1 or -1.
+# The sign change of each basis function when x is negated: 1 or -1.
 _TURNED_X = np.sign(sh_basis(_SOMEWHERE * [-1, 1, 1], 3) * sh_basis(_SOMEWHERE, 3))[0].astype(np.float32)
 
 
 def count_used_terms(sh: NDArray[np.uint8], num_terms: int) -> int:
-    """Terms up to the highest band of which some coefficient of block `sh` is not zero."""
+    """The number of terms up to the highest band with a nonzero coefficient in block `sh`."""
     return find_used_terms(
         num_terms,
         len(sh),
@@ -69,12 +69,12 @@ def count_used_terms(sh: NDArray[np.uint8], num_terms: int) -> int:
 
 
 def decode(blocks: Blocks, header: Header, is_mirrored: bool, start: int, stop: int, out: Columns) -> None:
-    """Decode rows `start` to `stop`, with the x axis turned if they are mirrored."""
+    """Decode rows `start` to `stop`; if `is_mirrored`, negate the x axis."""
     if header.version == 1:
         halves = np.ndarray((stop - start, 3), "<f2", blocks.positions.data, start * 6)
         out.means[:] = halves
     else:
-        # Three bytes are read with the one behind them, which is shifted out; so is the sign shifted in.
+        # Read each 24-bit number with the byte after it; the shifts remove that byte and extend the sign.
         words = np.ndarray((stop - start, 3), "<i4", blocks.positions.data, start * 9, (9, 3))
         np.multiply((words << 8) >> 8, np.float32(2.0**-header.fractional_bits), out=out.means)
     np.take(_OPACITIES, blocks.alphas[start:stop], out=out.opacities, mode="clip")
@@ -93,9 +93,9 @@ def decode(blocks: Blocks, header: Header, is_mirrored: bool, start: int, stop: 
 
 
 def _unpack_first_three(rotations: NDArray[np.uint8], quats: F32) -> None:
-    """[n, 3] bytes of x, y and z -> w, x, y, z; w is not negative and follows from the unit length.
+    """Decode [n, 3] bytes of x, y and z to w, x, y, z; w >= 0 follows from the unit length.
 
-    In whole 255ths: in float32, a w near 0 would lose half of its digits.
+    Computed in integer 255ths, since in float32 a w near 0 would lose half of its digits.
     """
     whole = 2 * rotations.astype(np.int32) - 255
     rest = np.maximum(255**2 - (whole * whole).sum(axis=1), 0)
@@ -104,7 +104,7 @@ def _unpack_first_three(rotations: NDArray[np.uint8], quats: F32) -> None:
 
 
 def _unpack_smallest_three(rotations: NDArray[np.uint8], quats: F32) -> None:
-    """[n, 4] bytes -> w, x, y, z; the upper two bits of a word name the largest of x, y, z, w.
+    """Decode [n, 4] bytes to w, x, y, z; the upper two bits of a word name the largest of x, y, z, w.
 
     The others are stored in this order; the largest is positive and follows from the unit length.
     """
@@ -120,14 +120,14 @@ def _unpack_smallest_three(rotations: NDArray[np.uint8], quats: F32) -> None:
 
 
 def _turn_x(out: Columns) -> None:
-    """Mirror rows in the plane of y and z."""
+    """Negate the x axis of rows in place."""
     out.means[:, 0] *= -1
-    out.quats[:, 2:] *= -1  # a mirrored rotation turns the other way round, except about x
+    out.quats[:, 2:] *= -1  # mirroring reverses rotations, except about x
     out.sh *= _TURNED_X[: out.sh.shape[1], None]
 
 
 _BLOCK_ROWS = 4096
-# Trained scenes take 4 to 20 times their bytes in memory; a scene of equal Gaussians compresses better.
+# Most bytes in memory per byte of a file: trained scenes take 4 to 20, a scene of equal Gaussians more.
 _MAX_GROWTH = 100
 
 
@@ -138,13 +138,13 @@ def open_scene(path: Path) -> SceneFile:
         SceneError: if it is damaged, of an unknown version, or other data compressed with gzip.
     """
     with open_plain(path, "scene file", buffering=0) as file:
-        read_header(path, file.read(NUM_HEADER_BYTES))  # before a large file of another kind is read
+        read_header(path, file.read(NUM_HEADER_BYTES))  # refuses a large file of another kind early
         file.seek(0)
         return open_data(path, file.read())
 
 
 def open_data(path: Path, data: bytes) -> SceneFile:
-    """The same for the content of an SPZ file, which may be a part of the file at `path`."""
+    """`open_scene` for the content of an SPZ file, which may be a part of the file at `path`."""
     header = read_header(path, data)
     check_decoded_size(
         path, header.num_rows, header.num_terms, len(data), row_size=header.row_size, max_growth=_MAX_GROWTH
@@ -167,7 +167,7 @@ def open_data(path: Path, data: bytes) -> SceneFile:
 
 
 def _open_rows(path: Path, data: bytes, header: Header, extensions: Extensions) -> RowSource:
-    """The bytes of the whole file are decompressed, 19 to 64 a Gaussian."""
+    """Decompress the whole file, to 19 to 64 bytes a Gaussian."""
     blocks, surplus = read_blocks(path, data, header)
     if surplus:
         message = f"{path}: {surplus} bytes after the last Gaussian were ignored"
@@ -184,25 +184,24 @@ def _open_rows(path: Path, data: bytes, header: Header, extensions: Extensions) 
 
 _VERSION = 3
 _LARGEST_POSITION = (1 << 23) - 1  # 24 bits with a sign
-_USUAL_BITS = 12  # fractional ones, as most files have
-# Steps across the middle 96 % of a scene: a tenth of a pixel of a picture 10,000 pixels wide.
+_USUAL_BITS = 12  # fractional bits of most files
+# Least steps across the middle 96 % of a scene: a tenth of a pixel in a picture 10,000 pixels wide.
 _STEPS = 100_000
-_PACKING = 6  # of gzip: 9 takes three times as long for 1 % less
+_PACKING = 6  # gzip level: 9 takes three times as long to save 1 %
 
 
 @in_order(brush_order)
 def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
-    """Write a gzip stream of header, blocks and, where there is something to record, an extension.
+    """Write a gzip stream of header, blocks and, if there is something to record, an extension.
 
-    Scales are clipped to exp(-10) to exp(5.94) units, colours to -0.44 to 1.44, harmonics to -1 to 1.
-    Positions have as many fractional bits as the extent of the scene asks for and its farthest centre leaves
-    room for.
+    Scales are clipped to exp(-10) to exp(5.94) units, colours to -0.44 to 1.44, harmonics to -1 to 1. The
+    extent of the scene decides the fractional bits of positions, limited by its farthest centre.
 
     Raises:
-        ValueError: if a centre is farther away than 24 bits hold, or the names of brushes are too long.
+        ValueError: if a centre is too far for 24 bits, or the names of brushes are too long.
         SceneError: if the file cannot be written.
     """
-    content = content_of(stored._replace(antialiased=False))  # which a flag says
+    content = content_of(stored._replace(antialiased=False))  # a flag states it
     extensions = notes_record(text_of(content).encode("ascii")) if content else b""
     bits = _fractional_bits(rows)
     flags = ANTIALIASED * rows.antialiased | HAS_EXTENSIONS * bool(extensions)
@@ -222,7 +221,7 @@ def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
 
 
 def _fractional_bits(gaussians: Gaussians) -> int:
-    """As many as the middle of the scene asks for, at least the usual ones, if its ends leave the room."""
+    """Bits for `_STEPS` across the middle, at least `_USUAL_BITS`, but so few that the farthest centre fits."""
     farthest = float(np.abs(gaussians.means).max())
     if farthest > _LARGEST_POSITION:
         raise ValueError(
@@ -237,7 +236,7 @@ def _fractional_bits(gaussians: Gaussians) -> int:
 
 
 def _pack_smallest_three(gaussians: Gaussians) -> NDArray[np.uint8]:
-    """[n, 4] bytes: the inverse of `_unpack_smallest_three`."""
+    """Encode rotations as [n, 4] bytes: the inverse of `_unpack_smallest_three`."""
     largest, others = smallest_three(gaussians.quats[:, [1, 2, 3, 0]])  # x, y, z, w
     magnitudes = rounded(np.abs(others) / np.sqrt(0.5) * 511, 511).astype(np.uint32)
     parts = magnitudes | ((others < 0) & (magnitudes > 0)).astype(np.uint32) << 9

@@ -1,13 +1,12 @@
-"""The bytes of an SPZ file become its header, its extensions, and a block of plain bytes for each attribute.
+"""The container of an SPZ file: its header, its extensions, and a block of plain bytes for each attribute.
 
-Versions 1 to 3 are one gzip stream: 16 bytes of header, the blocks one after the other, extensions. Version 4
-is 32 bytes of header, extensions, a table of contents, and a zstd stream for each block. Nothing is
-decompressed beyond what the count of the header needs, which the caller has compared with the file.
+Versions 1 to 3 are one gzip stream: 16 bytes of header, the blocks in order, extensions. Version 4 is 32
+bytes of header, extensions, a table of contents, and a zstd stream for each block. Only as many bytes are
+decompressed as the row count of the header needs; the caller has checked this count against the file size.
 
-Extensions are records of a type, a length and as many bytes. Two are read: our own, which holds what `Stored`
-does, and the coordinate system (SPZ_ADOBE_coordinate_system), which names the axes in which the numbers are
-stored. Numbers stay as they are, and up is stated, except in a left-handed system: drawn as they are, such
-scenes would be mirrored, so their x axis is turned.
+Extensions are records: type, length, content. Two are read: our own, which holds `Stored`, and the coordinate
+system (SPZ_ADOBE_coordinate_system), which names the axes of the stored numbers. Numbers are kept as stored
+and `up` is set; only in a left-handed system the x axis is negated, since the scene would be mirrored.
 """
 
 import struct
@@ -23,30 +22,30 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import NoGaussiansError, SceneError
 from brushgs.values.arrays import U8
 
-_RECORD = struct.Struct("<II")  # type, bytes that follow
+_RECORD = struct.Struct("<II")  # type, number of bytes that follow
 _COORDINATE_SYSTEM = 0xADBE0003
-_NOTES = 0x42470001  # the upper half names who defines a record: "BG"
-# What x, y and z point to (left or right, up or down, front or back), by number; 0 states nothing.
+_NOTES = 0x42470001  # the upper half identifies who defines the record: "BG"
+# Directions of x, y and z (left or right, up or down, front or back), by number; 0 states nothing.
 _AXES = (
     *("", "LDB", "RDB", "LUB", "RUB", "LDF", "RDF", "LUF", "RUF"),
     *("LFD", "RFD", "LFU", "RFU", "LBD", "RBD", "LBU", "RBU"),
 )
 _OPPOSITE = str.maketrans("LDF", "RUB")
-_SHOWN = 6  # types of records that are named
+_SHOWN = 6  # unknown types of records that are reported
 
 
 @dataclass(frozen=True)
 class Extensions:
-    """What the extensions of a file state."""
+    """The content of the extensions of a file."""
 
-    up: str | None = None  # axis that points up, "+x" to "-z"
+    up: str | None = None  # up axis, "+x" to "-z"
     is_mirrored: bool = False  # whether the axes are left-handed
     unknown: tuple[str, ...] = ()  # names of the extensions that are not read
-    notes: str = ""  # JSON text of what `Stored` holds
+    notes: str = ""  # JSON text of a `Stored`
 
 
 def notes_record(text: bytes) -> bytes:
-    """The record of our own, which holds a text."""
+    """Our own record, holding a text."""
     return _RECORD.pack(_NOTES, len(text)) + text
 
 
@@ -80,9 +79,9 @@ def _read_axes(path: Path, record: bytes) -> str:
 
 
 def _is_left_handed(axes: str) -> bool:
-    """Whether x cross y is the opposite of z; right-up-back is right-handed.
+    """Whether x cross y is -z; right-up-back is right-handed.
 
-    Each axis that is turned changes that, and so does an exchange of two.
+    Each reversed axis changes the handedness, and so does an exchange of two axes.
     """
     turned = sum(direction in "LDF" for direction in axes)
     exchanged = axes.translate(_OPPOSITE) not in ("", "RUB")
@@ -92,28 +91,28 @@ def _is_left_handed(axes: str) -> bool:
 _GZIP, _MAGIC = b"\x1f\x8b", b"NGSP"
 _HEADER = struct.Struct("<4sIIBBBB")  # magic, version, rows, degree, fractional bits, flags, streams
 _HEADER_4_SIZE = 32
-_TABLE_OFFSET = struct.Struct("<I")  # of version 4, at byte 16
-_STREAM = struct.Struct("<QQ")  # its bytes in the file and decompressed
+_TABLE_OFFSET = struct.Struct("<I")  # in version 4, at byte 16
+_STREAM = struct.Struct("<QQ")  # compressed and decompressed size of a stream, bytes
 _LATEST = 4
-NUM_HEADER_BYTES = 1 << 12  # of a file, that hold its header, compressed or not
+NUM_HEADER_BYTES = 1 << 12  # first bytes of a file that contain its header, compressed or not
 ANTIALIASED, HAS_EXTENSIONS, _IS_TREE = 0x1, 0x2, 0x80  # flags
 _MAX_DEGREE, _MAX_USED_DEGREE = 4, 3
 MAX_FRACTIONAL_BITS = 24
-_MAX_TRAILER = 1 << 19  # bytes of extensions that are read after the blocks of versions 1 to 3
-_MAX_THREADS = 4  # streams that are decompressed at a time
+_MAX_TRAILER = 1 << 19  # most bytes of extensions read after the blocks of versions 1 to 3
+_MAX_THREADS = 4  # streams decompressed at a time
 _BYTES_PER_THREAD = 1 << 20  # below this, a thread costs more than it saves
 
 
 @dataclass(frozen=True)
 class Header:
-    """What the header of an SPZ file states."""
+    """The header of an SPZ file."""
 
     version: int  # 1 to 4
-    num_rows: int  # Gaussians, >= 1
-    sh_degree: int  # of the spherical harmonics that are stored, 0 to 4
+    num_rows: int  # number of Gaussians, >= 1
+    sh_degree: int  # degree of the stored spherical harmonics, 0 to 4
     fractional_bits: int  # of positions, from version 2 on
     flags: int
-    num_streams: int = 0  # of version 4
+    num_streams: int = 0  # in version 4
 
     @property
     def used_degree(self) -> int:
@@ -122,7 +121,7 @@ class Header:
 
     @property
     def num_terms(self) -> int:
-        """Spherical-harmonic terms that are read of each Gaussian."""
+        """Spherical-harmonic terms that are read for each Gaussian."""
         return (self.used_degree + 1) ** 2
 
     @property
@@ -132,13 +131,13 @@ class Header:
 
     @property
     def widths(self) -> tuple[int, ...]:
-        """Bytes of a Gaussian in each block, in the order of the file."""
+        """Bytes per Gaussian in each block, in the order of the file."""
         rest = 3 * ((self.sh_degree + 1) ** 2 - 1)
         return 6 if self.version == 1 else 9, 1, 3, 3, 3 if self.version < 3 else 4, rest
 
     @property
     def row_size(self) -> int:
-        """Bytes of a Gaussian in all blocks."""
+        """Bytes per Gaussian in all blocks."""
         return sum(self.widths)
 
 
@@ -146,7 +145,7 @@ class Header:
 class Blocks:
     """Plain bytes of n Gaussians, one array for each attribute."""
 
-    positions: U8  # [n x width + 1], a byte longer than they are: the last three can be read as four
+    positions: U8  # [n x width + 1 or more], with an extra byte so that the last three can be read as four
     alphas: U8  # [n]
     colors: U8  # [n, 3]
     scales: U8  # [n, 3]
@@ -190,11 +189,11 @@ def read_header(path: Path, begin: bytes) -> Header:
 
 
 def read_extensions(path: Path, data: bytes, header: Header) -> Extensions:
-    """What the extensions of a file state. Raises SceneError if they are damaged."""
+    """Read the extensions of a file. Raises SceneError if they are damaged."""
     if not header.flags & HAS_EXTENSIONS:
         return Extensions()
     if header.version < _LATEST:
-        # Inflated for this alone, and once more for the blocks: few files of these versions have extensions.
+        # The blocks are inflated again later, but few files of these versions have extensions.
         records = _inflate(path, data, header)[0][_HEADER.size + header.num_rows * header.row_size :]
     else:
         records = memoryview(data)[_HEADER_4_SIZE : _table_offset(path, data, header)]
@@ -202,7 +201,7 @@ def read_extensions(path: Path, data: bytes, header: Header) -> Extensions:
 
 
 def read_blocks(path: Path, data: bytes, header: Header) -> tuple[Blocks, int]:
-    """The blocks of a file, and how many bytes after the last of them have no meaning.
+    """The blocks of a file, and the number of surplus bytes after them.
 
     Raises SceneError if the file is cut off or damaged.
     """
@@ -217,9 +216,9 @@ def read_blocks(path: Path, data: bytes, header: Header) -> tuple[Blocks, int]:
 
 
 def pack_stream(header: Header, blocks: Sequence[U8], extensions: bytes) -> bytes:
-    """The content of a file of versions 1 to 3, to be packed with gzip.
+    """The content of a file of versions 1 to 3, before gzip.
 
-    `blocks` are [n, width] or [n], in the order of `Header.widths`; `extensions` are their records.
+    `blocks` are [n, width] or [n], in the order of `Header.widths`; `extensions` are the encoded records.
     """
     head = _HEADER.pack(
         *(_MAGIC, header.version, header.num_rows, header.sh_degree, header.fractional_bits),
@@ -230,18 +229,18 @@ def pack_stream(header: Header, blocks: Sequence[U8], extensions: bytes) -> byte
 
 
 def _peek(path: Path, begin: bytes) -> bytes:
-    """The first bytes of gzip data."""
+    """The first bytes of gzip data, decompressed."""
     try:
-        # Not all of it: zlib copies what it does not use, 25 ms of a large file.
+        # Pass only a part: zlib copies unused input, which takes 25 ms for a large file.
         return zlib.decompressobj(wbits=31).decompress(begin[:NUM_HEADER_BYTES], _HEADER.size)
     except zlib.error as error:
         raise _damaged(path, error) from None
 
 
 def _inflate(path: Path, data: bytes, header: Header) -> tuple[memoryview, int]:
-    """Content of a file of versions 1 to 3 with at most `_MAX_TRAILER` bytes after it; and the surplus.
+    """Content of a file of versions 1 to 3, with up to `_MAX_TRAILER` bytes after the blocks; and the surplus.
 
-    These versions without gzip exist as well: some tools keep them so in memory and within other files.
+    Content without gzip is accepted too: some tools keep it so in memory and within other files.
     """
     needed = _HEADER.size + header.num_rows * header.row_size
     if not data.startswith(_GZIP):
@@ -252,7 +251,7 @@ def _inflate(path: Path, data: bytes, header: Header) -> tuple[memoryview, int]:
             content = memoryview(inflater.decompress(data, needed + _MAX_TRAILER))
         except zlib.error as error:
             raise _damaged(path, error) from None
-        # Longer than was asked for: more than extensions ever take.
+        # Content of the full requested length goes on, but extensions never take so much.
         is_whole = inflater.eof or len(content) == needed + _MAX_TRAILER
         surplus = len(inflater.unused_data)
     if len(content) < needed or not is_whole:
@@ -264,7 +263,7 @@ def _inflate(path: Path, data: bytes, header: Header) -> tuple[memoryview, int]:
 
 
 def _read_stream(path: Path, data: bytes, header: Header) -> tuple[list[memoryview], int]:
-    """Blocks of a file of versions 1 to 3, the first with what follows it; and the surplus."""
+    """Blocks of a file of versions 1 to 3, each followed by the rest of the content; and the surplus."""
     content, surplus = _inflate(path, data, header)
     parts = []
     start = _HEADER.size
@@ -277,7 +276,7 @@ def _read_stream(path: Path, data: bytes, header: Header) -> tuple[list[memoryvi
 
 
 def _table_offset(path: Path, data: bytes, header: Header) -> int:
-    """Byte at which the table of contents of a file of version 4 begins."""
+    """Byte offset of the table of contents of a file of version 4."""
     if len(data) < _HEADER_4_SIZE:
         raise _cut_off(path, "within its header")
     (offset,) = _TABLE_OFFSET.unpack_from(data, _HEADER.size)
@@ -288,7 +287,7 @@ def _table_offset(path: Path, data: bytes, header: Header) -> int:
 
 
 def _read_streams(path: Path, data: bytes, header: Header) -> tuple[list[bytes], int]:
-    """Blocks of a file of version 4, the first with one byte more; and the surplus."""
+    """Blocks of a file of version 4, the first with one extra byte; and the surplus."""
     sizes = [header.num_rows * width for width in header.widths if width]
     if header.num_streams != len(sizes):
         rule = f"must have {len(sizes)} streams for degree {header.sh_degree}, got {header.num_streams}"
@@ -309,14 +308,14 @@ def _read_streams(path: Path, data: bytes, header: Header) -> tuple[list[bytes],
     if most < 2:
         contents = [_decompress(path, *stream) for stream in streams]
     else:
-        with ThreadPoolExecutor(most) as pool:  # zstd runs without the lock of the interpreter
+        with ThreadPoolExecutor(most) as pool:  # zstd releases the lock of the interpreter
             contents = list(pool.map(lambda stream: _decompress(path, *stream), streams))
     contents[0] += b"\0"
     return contents if header.widths[-1] else [*contents, b""], len(data) - start
 
 
 def _decompress(path: Path, packed: memoryview, size: int) -> bytes:
-    """One zstd frame of a known size: the size that it states is checked before memory is taken."""
+    """Decompress one zstd frame of a known size; its stated size is checked before memory is allocated."""
     import zstandard
 
     try:

@@ -1,7 +1,7 @@
-"""Streamed SOG: a scene in several levels of detail, each in some SOG scenes, listed in `lod-meta.json`.
+"""Streamed SOG: a scene in several levels of detail, stored in SOG scenes that `lod-meta.json` lists.
 
-The leaves of a tree name rows of these scenes by level. All levels together would be duplicates of one scene,
-so one is read; 0 is the finest. The format is defined by splat-transform and the PlayCanvas engine.
+The leaves of a tree name rows of these scenes for each level. Each level is the whole scene, so only one is
+read; 0 is the finest. The format is defined by splat-transform and the PlayCanvas engine.
 """
 
 from collections.abc import Iterator
@@ -19,15 +19,14 @@ from brushgs.formats.scenes.sog import MAX_GROWTH, Sog, open_sog, rows_of
 from brushgs.formats.schema import MAX_BYTES, SMALL_OBJECT, as_count, decode, shown
 
 INDEX = "lod-meta.json"
-# The default is the finest level of at most so many Gaussians: 470 MB with harmonics of degree 3, and far
-# more than strokes can show.
+# Most Gaussians of the default level: 470 MB with harmonics of degree 3, far more than strokes can show.
 DEFAULT_MOST = 2_000_000
 _MAX_LEVELS = 100
 _CURE = "download or export the scene again"
 
 
 class _Index(Struct, rename="camel"):
-    """The index. Its tree may be deeper than Python can call, so its nodes are checked one by one."""
+    """The index. Its tree may exceed the recursion limit, so its nodes are checked one by one."""
 
     lod_levels: Annotated[int, Meta(ge=1, le=_MAX_LEVELS)]
     filenames: list[str]
@@ -37,7 +36,7 @@ class _Index(Struct, rename="camel"):
 
 
 class _Run(NamedTuple):
-    """Rows of one SOG scene that belong to a leaf in one level."""
+    """Rows `start` to `stop` of one SOG scene, which belong to a leaf in one level."""
 
     file: int
     start: int
@@ -45,10 +44,10 @@ class _Run(NamedTuple):
 
 
 def open_scene(path: Path, lod: int | None = None) -> SceneFile:
-    """Read the index of a streamed SOG scene or of its folder, and each `meta.json` of one level.
+    """Read the index of a streamed SOG scene (or of its folder), and each `meta.json` of one level.
 
-    Level 0 is the finest; None is the finest of at most `DEFAULT_MOST` Gaussians, or the coarsest if all have
-    more. Raises SceneError if something is missing or does not fit, or there is no such level.
+    Level 0 is the finest; None selects the finest of at most `DEFAULT_MOST` Gaussians, or the coarsest if all
+    have more. Raises SceneError if a file or field is missing or does not fit, or the level does not exist.
     """
     index = path / INDEX if is_dir(path) else path
     content = read_whole(index, MAX_BYTES)
@@ -74,7 +73,7 @@ def open_scene(path: Path, lod: int | None = None) -> SceneFile:
 
 
 def _choose(index: Path, totals: list[int], lod: int | None) -> int:
-    """The level to read; one that holds something."""
+    """The level to read. Raises SceneError if it does not exist or is empty."""
     if lod is None:
         filled = [level for level, total in enumerate(totals) if total]
         if not filled:
@@ -89,7 +88,7 @@ def _choose(index: Path, totals: list[int], lod: int | None) -> int:
 
 
 def _read_levels(index: Path, value: _Index) -> list[list[_Run]]:
-    """The rows of each level."""
+    """The runs of rows of each level."""
     if value.version != 1:
         raise SceneError(index, f"must be of version 1, got version {shown(value.version)}; {_CURE}")
     num_levels = value.lod_levels
@@ -106,9 +105,9 @@ def _read_levels(index: Path, value: _Index) -> list[list[_Run]]:
 
 
 def _leaf_entries(index: Path, tree: object) -> Iterator[tuple[str, object]]:
-    """What the leaves of a tree hold: levels and the rows of each, not yet checked."""
+    """Yield the entries of all leaves of a tree, unchecked: a level and its rows."""
     pending: list[Any] = [tree]
-    while pending:  # a tree may be deeper than Python can call
+    while pending:  # no recursion: a tree may exceed its limit
         node = pending.pop()
         children = node.get("children") or [] if isinstance(node, dict) else None
         lods = node.get("lods") or {} if isinstance(node, dict) else None
@@ -120,7 +119,7 @@ def _leaf_entries(index: Path, tree: object) -> Iterator[tuple[str, object]]:
 
 
 def _read_run(entry: object, num_files: int) -> _Run | None:
-    """The rows that a leaf names; None if it names none that can be."""
+    """The rows that an entry of a leaf names; None if it is invalid."""
     if not isinstance(entry, dict):
         return None
     file = as_count(entry.get("file"), num_files - 1)
@@ -131,14 +130,14 @@ def _read_run(entry: object, num_files: int) -> _Run | None:
 
 
 def _entry_text(entry: object) -> str:
-    """The numbers of a leaf, for a message."""
+    """The fields of an entry of a leaf, for a message."""
     if not isinstance(entry, dict):
         return shown(entry)
     return ", ".join(f"{name} {shown(entry.get(name))}" for name in ("file", "offset", "count"))
 
 
 def _open_parts(index: Path, names: list[str], runs: list[_Run]) -> list[tuple[Sog, list[tuple[int, int]]]]:
-    """The SOG scenes of a level in the order of their numbers, each with the rows that leaves name."""
+    """The SOG scenes of a level by number, each with its sorted, joined runs of rows."""
     by_file: dict[int, list[tuple[int, int]]] = {}
     for run in runs:
         by_file.setdefault(run.file, []).append((run.start, run.stop))
