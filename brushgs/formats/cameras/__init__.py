@@ -1,1 +1,1 @@
-"""Camera files become a list of `Camera`."""
+"""Read camera files."""

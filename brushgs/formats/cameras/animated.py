@@ -1,9 +1,8 @@
-"""Cameras of 3D programs, still or moving, become views: what their files have in common.
+"""Convert still or animated cameras of 3D programs to views: the part common to their file formats.
 
-Their cameras look along -z with y up and stand in a tree of transforms, which may scale; sizes in pixels are
-unknown to them. A node of the name `SCENE_NODE` says where the painted scene stands in the file: views are
-then those of the scene's own coordinates, whatever turned, moved or resized it. Without it, the coordinates
-of the file are those of the scene.
+These cameras look along -z with y up, under a tree of transforms that may scale; they have no size in pixels.
+A node named `SCENE_NODE` gives the transform of the painted scene: views are converted to scene coordinates,
+whatever rotated, moved or scaled the scene. Without this node, the file is in scene coordinates.
 """
 
 import warnings
@@ -23,11 +22,11 @@ from brushgs.options.sequence import DEFAULT_FPS
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 
-MAX_VIEWS = 50_000  # of a file: half an hour of film; a view takes some 1.2 kB in memory
-MAX_ASPECT = 50.0  # width by height, or height by width
-DEFAULT_ASPECT = DEFAULT_SIZE[0] / DEFAULT_SIZE[1]  # where a file states none
-_UNIFORM = 1e-3  # stretch of a scene that rounding may bring
-_NEAR = 1 - 1e-9  # cosine above which two quaternions are mixed straight: the sine of their angle vanishes
+MAX_VIEWS = 50_000  # per file: half an hour of film; a view takes some 1.2 kB in memory
+MAX_ASPECT = 50.0  # width / height, or height / width
+DEFAULT_ASPECT = DEFAULT_SIZE[0] / DEFAULT_SIZE[1]  # if a file states none
+_UNIFORM = 1e-3  # relative difference of scales between axes that rounding may cause
+_NEAR = 1 - 1e-9  # cosine above which quaternions are interpolated linearly: the sine of their angle vanishes
 _CV_FROM_GL = np.diag([1.0, -1.0, -1.0])  # x right, y up, z backward -> x right, y down, z forward
 
 Times = tuple[float, float]
@@ -38,12 +37,12 @@ Quat = tuple[_Coordinate, _Coordinate, _Coordinate, _Coordinate]
 
 @dataclass(frozen=True)
 class LensTrack:
-    """A lens at T moments."""
+    """A lens at T times."""
 
-    focal: F64  # [T] focal length, in heights of the picture
-    center: F64  # [T, 2] where the axis meets the picture, right and down of its middle, in heights
-    near: F64  # [T] units of the file, > 0
-    aspect: float  # width by height of the picture
+    focal: F64  # [T] focal length, in picture heights
+    center: F64  # [T, 2] principal point, right and down from the picture centre, in picture heights
+    near: F64  # [T] near plane, units of the file, > 0
+    aspect: float  # width / height of the picture
 
 
 @dataclass(frozen=True)
@@ -51,18 +50,18 @@ class FoundCamera:
     """A camera of a file."""
 
     name: str  # in words, such as "camera 'Shot'"
-    times: Times | None  # start and end of its animation, seconds of the file; None if it stands still
-    # its matrices [T, 4, 4], world from camera as the file has them, which may scale, and its lens, at
-    # moments [T] in seconds of the file
+    times: Times | None  # start and end of its animation, seconds of the file; None if it is still
+    # matrices [T, 4, 4], world of the file from camera, which may scale, and the lens, at times [T] in
+    # seconds of the file
     at: Callable[[F64], tuple[F64, LensTrack]]
 
 
 @dataclass(frozen=True)
 class FoundScene:
-    """Where a file says that the painted scene stands; see `SCENE_NODE`."""
+    """The transform of the painted scene in a file; see `SCENE_NODE`."""
 
-    times: Times | None  # start and end of its animation, seconds of the file; None if it stands still
-    # its matrices [T, 4, 4], world from scene, at moments [T] in seconds of the file
+    times: Times | None  # start and end of its animation, seconds of the file; None if it is still
+    # matrices [T, 4, 4], world of the file from scene, at times [T] in seconds of the file
     at: Callable[[F64], F64]
 
 
@@ -73,19 +72,19 @@ def camera_file(
     fps: float | None,
     left_out: Sequence[str],
 ) -> CameraFile:
-    """The frames of the camera that moves, or the views of all cameras where none does.
+    """The frames of the first animated camera, or one view of each camera if nothing is animated.
 
-    Where the painted scene moves and no camera does, the first camera is the one.
+    If only the painted scene is animated, the first camera gives the frames.
 
     Args:
         path: the file, for messages.
-        cameras: at least one, else it is refused.
-        scene: the painted scene, where the file has it.
-        fps: frames a second, where the file states it.
-        left_out: names of cameras that are no perspective ones; a SceneWarning says so.
+        cameras: the perspective cameras.
+        scene: the painted scene, if the file has it.
+        fps: frames a second, if the file states it.
+        left_out: names of the other cameras, for a SceneWarning.
 
     Raises:
-        SceneError: if there is no camera, or a view cannot be drawn or there are too many.
+        SceneError: if there is no camera, a view cannot be drawn, or there are too many frames.
     """
     _check_found(path, cameras, left_out)
     moving = [camera for camera in cameras if camera.times is not None]
@@ -107,7 +106,7 @@ def camera_file(
 
 
 def _check_found(path: Path, cameras: list[FoundCamera], left_out: Sequence[str]) -> None:
-    """Refuse a file without a camera, and warn of those that are left out."""
+    """Refuse a file without a perspective camera, and warn of other cameras."""
     if not cameras:
         fact = f"{left_out[0]} must be a perspective one; export it again as such" if left_out else ""
         raise SceneError(path, fact or "holds no camera; export it with its cameras")
@@ -118,7 +117,7 @@ def _check_found(path: Path, cameras: list[FoundCamera], left_out: Sequence[str]
 
 
 def _views(path: Path, found: FoundCamera, scene: FoundScene | None, times: F64) -> list[Camera]:
-    """A camera at some moments, in the coordinates of the scene."""
+    """The views of a camera at times of the file, in scene coordinates."""
     matrices, lens = found.at(times)
     near = lens.near
     if scene is not None:
@@ -143,7 +142,7 @@ def _views(path: Path, found: FoundCamera, scene: FoundScene | None, times: F64)
 
 
 def _rotations(path: Path, name: str, matrices: F64) -> F64:
-    """The turns of matrices [T, 4, 4] without their scale, [T, 3, 3], with the axes of `Camera`."""
+    """Rotations [T, 3, 3] of matrices [T, 4, 4], without scale and with the axes of `Camera`."""
     with np.errstate(all="ignore"):
         axes = matrices[:, :3, :3] / np.linalg.norm(matrices[:, :3, :3], axis=1, keepdims=True)
     if not np.isfinite(axes).all():
@@ -156,7 +155,7 @@ def _rotations(path: Path, name: str, matrices: F64) -> F64:
 
 
 def _scale_of_scene(path: Path, matrices: F64) -> F64:
-    """How many units of the file are one of the scene, [T]."""
+    """[T] units of the file per unit of the scene."""
     if np.isfinite(matrices).all():
         stretch = np.linalg.svd(matrices[:, :3, :3], compute_uv=False)
         is_uniform = (stretch[:, 2] > 1 / MAX_DISTANCE) & (stretch[:, 0] <= (1 + _UNIFORM) * stretch[:, 2])
@@ -168,7 +167,7 @@ def _scale_of_scene(path: Path, matrices: F64) -> F64:
 
 
 def _picture_size(path: Path, name: str, aspect: float) -> tuple[int, int]:
-    """Width and height in pixels: as long as pictures are by default, and even, as videos must be."""
+    """Width and height in pixels: the default longest side, and even numbers, as videos require."""
     if not 1 / MAX_ASPECT <= aspect <= MAX_ASPECT:
         rule = f"the aspect ratio must be {1 / MAX_ASPECT:g} to {MAX_ASPECT:g}"
         raise SceneError(path, f"{name}: {rule}, got {aspect:g}; export it again")
@@ -178,13 +177,13 @@ def _picture_size(path: Path, name: str, aspect: float) -> tuple[int, int]:
 
 
 def steered(turns: F64, places: F64, focal: F64, scene_from_world: F64) -> tuple[F64, LensTrack]:
-    """What `FoundCamera.at` gives of an editor that knows poses and focal lengths alone.
+    """The result of `FoundCamera.at` for an editor that has only poses and focal lengths.
 
     Args:
-        turns: [T, 3, 3] world of the editor from camera.
-        places: [T, 3] there.
+        turns: [T, 3, 3] rotations, world of the editor from camera.
+        places: [T, 3] positions in the world of the editor.
         focal: [T] see `LensTrack`.
-        scene_from_world: [3, 3] from the axes of the editor to those of the scene.
+        scene_from_world: [3, 3] axes of the scene from the axes of the editor.
     """
     matrices = np.tile(np.eye(4), (len(places), 1, 1))
     matrices[:, :3, :3], matrices[:, :3, 3] = turns, places
@@ -194,14 +193,14 @@ def steered(turns: F64, places: F64, focal: F64, scene_from_world: F64) -> tuple
 
 
 def hermite(start: F64, leave: F64, arrive: F64, end: F64, share: F64) -> F64:
-    """Cubic curves [T, D] between two values, by the velocities at them in units of the share, [T, 1]."""
+    """Cubic Hermite interpolation, [T, D]; `share` is [T, 1] and velocities are per unit of share."""
     t2, t3 = share**2, share**3
     at_start = (2 * t3 - 3 * t2 + 1) * start + (t3 - 2 * t2 + share) * leave
     return np.asarray(at_start + (3 * t2 - 2 * t3) * end + (t3 - t2) * arrive)
 
 
 def slerp(first: F64, second: F64, share: F64) -> F64:
-    """Between unit quaternions [T, 4], the shorter way, at constant speed; shares are [T, 1]."""
+    """Spherical linear interpolation of unit quaternions [T, 4] along the shorter arc; shares are [T, 1]."""
     cosine = np.sum(first * second, axis=1, keepdims=True)
     second, cosine = np.where(cosine < 0, -second, second), np.abs(cosine)
     angle = np.arccos(np.minimum(cosine, _NEAR))

@@ -1,7 +1,7 @@
-"""A COLMAP sparse model (cameras and images, binary or text) becomes a list of `Camera`.
+"""Read the cameras of a COLMAP sparse model (cameras and images, binary or text).
 
-COLMAP's cameras have x right, y down, z forward and pixel centres at +0.5, as here; an image stores
-camera from world. Points are skipped. Formats: colmap.github.io/format.html.
+As here, COLMAP has x right, y down, z forward and pixel centres at +0.5; an image stores camera from world.
+Points are skipped. Formats: colmap.github.io/format.html.
 """
 
 import math
@@ -22,7 +22,7 @@ from brushgs.values.quats import rotation_matrices
 
 T = TypeVar("T")
 _Entries = Callable[[Path, BinaryIO], Iterator[T]]
-# In the order of their numbers in binary files: name and parameters; None: no pinhole.
+# Names and parameters, indexed by the number in binary files; parameters are None if it is no pinhole.
 MODELS: list[tuple[str, str | None]] = [
     ("SIMPLE_PINHOLE", "f cx cy"),
     ("PINHOLE", "fx fy cx cy"),
@@ -39,7 +39,7 @@ MODELS: list[tuple[str, str | None]] = [
 ]
 _PARAMETERS = dict(MODELS)
 _SUFFIXES = (".bin", ".txt")  # if a folder has both, the binary files are read, as COLMAP does
-_MODEL_FOLDERS = ("", "sparse/0", "sparse", "colmap/sparse/0", "0")  # in the folder of a capture
+_MODEL_FOLDERS = ("", "sparse/0", "sparse", "colmap/sparse/0", "0")  # searched in the folder of a capture
 
 _COUNT = struct.Struct("<Q")
 _CAMERA = struct.Struct("<iiQQ")  # id, model, width, height; then the parameters
@@ -48,13 +48,13 @@ _POINT_BYTES = 24
 _MIN_CAMERA_BYTES = _CAMERA.size + 3 * 8
 _MIN_IMAGE_BYTES = _IMAGE.size + 1 + _COUNT.size
 _MAX_NAME = 65536  # bytes
-_MAX_LINE = 1 << 17  # bytes of a line of text: an image and its name; lines of points may be longer
-# A view takes some 1.2 kB in memory and may take 73 bytes in a file; large captures have some ten thousand.
+_MAX_LINE = 1 << 17  # bytes of a line of text with an image and its name; lines of points may be longer
+# A view takes some 1.2 kB in memory and as little as 73 bytes in a file; large captures have some 10,000.
 _MAX_ENTRIES = 50_000
 
 
 class _Lens(NamedTuple):
-    """A camera of a model; `values` by the names in `MODELS`."""
+    """A camera of a model; `values` maps parameter names of `MODELS` to numbers."""
 
     model: str
     size: tuple[int, int]
@@ -75,10 +75,10 @@ class _Image(NamedTuple):
 
 
 def read(path: Path, content: object = None) -> CameraFile:
-    """The views of a sparse model, sorted by the name of the image.
+    """Read the views of a sparse model, sorted by image name.
 
     Distortion of the models SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV is ignored with one SceneWarning.
-    `path` is a model's folder, one of its files, or a folder with the model in `sparse/0`.
+    `path` is the folder of a model, one of its files, or a folder with the model in `sparse/0` or the like.
 
     Raises SceneError if there is no model, it is damaged, or a camera is no pinhole.
     """
@@ -103,7 +103,7 @@ def read(path: Path, content: object = None) -> CameraFile:
 
 
 def _find(path: Path) -> tuple[Path, Path]:
-    """The two files of the model that a path leads to."""
+    """The files of cameras and images of the model at a path."""
     if not path.is_dir():
         if not path.exists():
             raise SceneError(path, "there is no such file; check the path")
@@ -123,7 +123,7 @@ def _find(path: Path) -> tuple[Path, Path]:
 
 
 def _entries(path: Path, binary: _Entries[T], text: _Entries[T]) -> Iterator[T]:
-    """The entries of a file, at most `_MAX_ENTRIES`, by its suffix."""
+    """Yield the entries of a binary or text file, at most `_MAX_ENTRIES`."""
     with open_plain(path) as file:
         for number, entry in enumerate((binary if path.suffix == ".bin" else text)(path, file)):
             if number == _MAX_ENTRIES:
@@ -148,7 +148,7 @@ def _camera(path: Path, image: _Image, lenses: dict[int, _Lens]) -> Camera:
 
 
 def _lens(path: Path, number: int, model: str, size: tuple[int, int], values: tuple[float, ...]) -> _Lens:
-    """A camera of the model, checked."""
+    """A checked camera of the model."""
     lens = _Lens(model, size, dict(zip((_PARAMETERS[model] or "").split(), values, strict=True)))
     if min(size) < 1:
         fault = f"the size must be at least 1x1, got {size[0]}x{size[1]}"
@@ -162,7 +162,7 @@ def _lens(path: Path, number: int, model: str, size: tuple[int, int], values: tu
 
 
 def _check_model(path: Path, number: int, model: str) -> list[str]:
-    """The names of a pinhole model's parameters; refuses other models."""
+    """The names of the parameters of a pinhole model. Raises SceneError for other models."""
     if parameters := _PARAMETERS.get(model):
         return parameters.split()
     known = ", ".join(name for name, parameters in MODELS if parameters)
@@ -195,7 +195,7 @@ def _binary_images(path: Path, file: BinaryIO) -> Iterator[_Image]:
 
 
 class _Reader:
-    """A binary file read record by record: counts are compared with the number of bytes that are left."""
+    """Reads a binary file record by record; counts are checked against the remaining bytes."""
 
     def __init__(self, path: Path, file: BinaryIO) -> None:
         self.path, self.file = path, file
@@ -215,7 +215,7 @@ class _Reader:
         return number
 
     def name(self) -> str:
-        """A zero-terminated text."""
+        """Read a zero-terminated string."""
         start = self.file.tell()
         data = self.file.read(256)
         if b"\0" not in data:
@@ -255,9 +255,9 @@ def _text_images(path: Path, file: BinaryIO) -> Iterator[_Image]:
 
 
 def _text_rows(path: Path, file: BinaryIO, lines_per_row: int = 1) -> Iterator[tuple[int, list[str]]]:
-    """Number from 1 and words of each line that is neither empty nor a comment.
+    """Yield the number (from 1) and the words of each line that is neither empty nor a comment.
 
-    With two lines a row the second one holds the points of an image: it may be empty and is skipped.
+    With `lines_per_row` = 2, the second line of each row (points of an image, maybe empty) is skipped.
     """
     number = 0
     while line := file.readline(_MAX_LINE):

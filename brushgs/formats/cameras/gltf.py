@@ -1,8 +1,8 @@
 """The cameras of glTF models, as Blender exports them: views, or the frames of an animated camera.
 
-Cameras look along -z with y up. glTF knows no pixels and no frame rate, only seconds. All
-animations play at once, as exporters write one for each object; where two move the same part of a node, the
-first counts.
+Cameras look along -z with y up. glTF has times in seconds, but no picture size and no frame rate. All
+animations are played together, because exporters write one for each object; if two animate the same part of
+a node, the first is used.
 Source: Khronos, glTF 2.0 Specification, sections 3.10 and 3.11, and appendix C.
 """
 
@@ -46,11 +46,11 @@ from brushgs.values.arrays import F64
 from brushgs.values.quats import rotation_matrices
 
 _WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
-_YFOV = "yfov"  # of a camera, by KHR_animation_pointer
+_YFOV = "yfov"  # part of a camera, animated through KHR_animation_pointer
 Interpolation = Literal["LINEAR", "STEP", "CUBICSPLINE"]
 _MIN_ANGLE = 1e-6  # radians
-_MAX_KEYS = 4_000_000  # of all channels: hours at the rate of film
-_MOST = 1e18  # beyond, products of a few would overflow
+_MAX_KEYS = 4_000_000  # keyframes of all channels: hours at the rate of film
+_MOST = 1e18  # products of a few larger numbers would overflow
 
 Positive = Annotated[float, Meta(gt=0)]
 
@@ -67,8 +67,8 @@ class _Camera(Struct):
     perspective: _Perspective | None = None
 
 
-class _Pointer(Struct):  # of KHR_animation_pointer
-    pointer: str = ""  # a JSON pointer to what a channel changes
+class _Pointer(Struct):  # KHR_animation_pointer
+    pointer: str = ""  # JSON pointer to the property that a channel animates
 
 
 class _Extensions(Struct):
@@ -109,20 +109,20 @@ _File = GltfFile[_Model]
 class Channel:
     """One animated part of a node or camera."""
 
-    times: F64  # [K] of its keys, seconds, ascending
-    values: GltfArray  # [K, width], or [3 K, width] with the tangents of a cubic spline around each
-    interpolation: Interpolation  # between keys
+    times: F64  # [K] times of its keyframes, seconds, ascending
+    values: GltfArray  # [K, width], or [3 K, width] for a cubic spline: in-tangent, value, out-tangent
+    interpolation: Interpolation  # between keyframes
     is_rotation: bool  # whether values are quaternions x, y, z, w
-    is_moving: bool  # whether values differ from key to key
+    is_moving: bool  # whether values differ between keyframes
     name: str  # for messages
 
     def at(self, file: _File, moments: F64) -> F64:
-        """Values [T, width] at moments [T], seconds; before the first key and after the last those of these.
+        """Values [T, width] at times [T], seconds; times are clamped to the range of the keyframes.
 
-        Raises SceneError if they are not finite, or a rotation is zero.
+        Raises SceneError if values are not finite or too large, or a rotation is zero.
         """
         is_spline = self.interpolation == "CUBICSPLINE"
-        # One that stands still may have very many keys, and be asked for each camera of many.
+        # Read one keyframe of a still channel: it may have very many, and be evaluated for many cameras.
         num_rows = self.values.count if self.is_moving else 1 + 2 * is_spline
         values = self.values.read(0, num_rows).astype(np.float64)
         if not (np.abs(values) < _MOST).all():  # also false for NaN
@@ -152,14 +152,14 @@ class Channel:
         return np.asarray(quats / lengths)
 
 
-# By ("node" or "camera", its number), and by the part of it that they move.
+# ("node" or "camera", its number) -> part -> channel.
 Channels = dict[tuple[str, int], dict[str, Channel]]
 
 
 def read_channels(file: _File, nodes: Container[int]) -> Channels:
-    """The channels of all animations that place nodes of these numbers, or open the lens of a camera.
+    """The channels of all animations that transform one of `nodes`, or change the field of view of a camera.
 
-    Raises SceneError if one of them is damaged, or they are far more than a film needs.
+    Raises SceneError if one is damaged, or there are too many keyframes.
     """
     found: Channels = {}
     num_keys = 0
@@ -182,7 +182,7 @@ def read_channels(file: _File, nodes: Container[int]) -> Channels:
 
 
 def _target(target: _Target) -> tuple[str, int, str] | None:
-    """What a channel moves: "node" or "camera", its number, the part; None if it is nothing that matters."""
+    """The target of a channel: "node" or "camera", its number, the part; None if it is not used here."""
     if target.path != "pointer":
         moves = target.node is not None and target.path in _WIDTHS
         return ("node", target.node or 0, target.path) if moves else None
@@ -219,7 +219,7 @@ def _channel(file: _File, animation: _Animation, channel: _StoredChannel, part: 
 
 
 def _differ(values: NDArray[Any], interpolation: str) -> bool:
-    """Whether values are not the same throughout; not-a-number differs."""
+    """Whether values change or a tangent is not zero; NaN counts as a change."""
     if interpolation != "CUBICSPLINE":
         return bool((values != values[0]).any())
     tangents = values[0::3], values[2::3]
@@ -228,15 +228,15 @@ def _differ(values: NDArray[Any], interpolation: str) -> bool:
 
 
 def _cubic(values: F64, before: NDArray[np.int64], t: F64, length: F64) -> F64:
-    """A key has its in-tangent, value and out-tangent, tangents in units a second."""
+    """Cubic spline values; each keyframe has in-tangent, value, out-tangent, with tangents per second."""
     leave, arrive = values[2::3][before] * length, values[0::3][before + 1] * length
     return hermite(values[1::3][before], leave, arrive, values[1::3][before + 1], t)
 
 
 def read(path: Path, content: object = None) -> CameraFile:
-    """The cameras of a model, see `animated.camera_file`.
+    """Read the cameras of a model, see `animated.camera_file`.
 
-    Raises SceneError if it is damaged, or holds no camera that can be drawn.
+    Raises SceneError if it is damaged, or has no usable camera.
     """
     file = GltfFile(path, _Model, "camera file")
     nodes = list(placed_nodes(file))
@@ -253,18 +253,18 @@ def read(path: Path, content: object = None) -> CameraFile:
 
 
 def _times(channels: list[Channel]) -> Times | None:
-    """From the first key to the last of those that move."""
+    """First and last keyframe time of the moving channels; None if there are none."""
     ends = [(float(one.times[0]), float(one.times[-1])) for one in channels if one.is_moving]
     return (min(first for first, _ in ends), max(last for _, last in ends)) if ends else None
 
 
 def _above(some: PlacedNode, channels: Channels) -> list[Channel]:
-    """The channels that move a node, its own and those of the nodes above it."""
+    """The channels of a node and of the nodes above it."""
     return [channel for index in some.chain for channel in channels.get(("node", index), {}).values()]
 
 
 def _lens(file: _File, some: PlacedNode) -> tuple[str, _Perspective | None]:
-    """The name of a camera in words, and its lens; None of one without perspective."""
+    """The name of a camera in words, and its lens, or None if it is no perspective camera."""
     index = some.node.camera
     camera = file.item(file.top.cameras, index, "a node refers to cameras")
     own_name = camera.name if some.node.name is None else some.node.name
@@ -291,7 +291,7 @@ def _camera(file: _File, some: PlacedNode, name: str, lens: _Perspective, channe
 
 
 def _matrices(file: _File, some: PlacedNode, channels: Channels, moments: F64) -> F64:
-    """[T, 4, 4] world from node, at moments [T] in seconds."""
+    """[T, 4, 4] world from node, at times [T] in seconds."""
     matrices = np.tile(np.eye(4), (len(moments), 1, 1))
     with np.errstate(over="ignore", invalid="ignore"):
         for index in some.chain:
@@ -302,7 +302,7 @@ def _matrices(file: _File, some: PlacedNode, channels: Channels, moments: F64) -
 
 
 def _local(file: _File, index: int, channels: Channels, moments: F64) -> F64:
-    """[T, 4, 4] or [4, 4] of one node."""
+    """Parent from node: [T, 4, 4], or [4, 4] if the node is not animated."""
     node = node_at(file, index)
     parts = channels.get(("node", index))
     if not parts:

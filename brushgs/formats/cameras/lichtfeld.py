@@ -1,10 +1,10 @@
-"""The camera of a LichtFeld Studio timeline, in JSON of version 4 and before.
+"""Read the camera of a LichtFeld Studio timeline, JSON of version 4 and earlier.
 
-Key views have a time in seconds, a position, a rotation w, x, y, z (world from camera; x right, y up, z
-backward), a focal length in mm of a film 24 mm high, and how their time runs until the next. The world of
-its viewer has y up and z backward; scenes keep the axes of training, y down and z forward, and so do the
-cameras that are returned. Positions follow a uniform Catmull-Rom spline, rotations the shorter arc, focal
-lengths a straight line, all at the eased share of the time between two key views.
+Keyframes have a time in seconds, a position, a rotation w, x, y, z (world from camera; x right, y up, z
+backward), a focal length in mm for a film 24 mm high, and an easing until the next keyframe. The world of its
+viewer has y up and z backward; scenes and the returned cameras keep the axes of training, y down and z
+forward. Positions are interpolated by a uniform Catmull-Rom spline, rotations along the shorter arc, focal
+lengths linearly, all at the eased share of the time between two keyframes.
 Source: LichtFeld Studio (github.com/MrNeRF/LichtFeld-Studio), src/sequencer/timeline.cpp, interpolation.cpp
 and keyframe.hpp; src/rendering/include/rendering/coordinate_conventions.hpp and render_constants.hpp.
 """
@@ -39,7 +39,7 @@ _LINEAR, _IN, _OUT, _IN_OUT = range(4)
 
 
 class _Key(Struct):
-    """A key view; `easing` is that of the time until the next."""
+    """A keyframe; `easing` applies until the next one."""
 
     time: float
     position: Point
@@ -54,9 +54,9 @@ class _Timeline(Struct):
 
 
 def read(path: Path, content: bytes) -> CameraFile:
-    """The camera of an object with the field "keyframes".
+    """Read an object with the field "keyframes".
 
-    Raises SceneError if it does not fit, has no key views, or one cannot be drawn.
+    Raises SceneError if a field is wrong, there are no keyframes, or a view cannot be drawn.
     """
     found = decode(path, content, _Timeline, _CURE).keyframes
     if not found:
@@ -71,7 +71,7 @@ def read(path: Path, content: bytes) -> CameraFile:
 
 @dataclass(frozen=True, eq=False)
 class _Keys:
-    """K key views: times [K], places [K, 3], unit quaternions [K, 4], focal lengths [K] mm, easings [K]."""
+    """K keyframes: times [K], positions [K, 3], quaternions [K, 4], focal lengths [K] in mm, easings [K]."""
 
     times: F64
     places: F64
@@ -91,7 +91,7 @@ class _Keys:
     def at(self, moments: F64) -> tuple[F64, LensTrack]:
         """World from camera [T, 4, 4] in the axes of the scene, and the lens; see `FoundCamera`."""
         last = len(self.times) - 1
-        # A moment that is a key's belongs to what leads to it.
+        # The time of a keyframe belongs to the segment that ends there.
         start = np.clip(np.searchsorted(self.times, moments) - 1, 0, max(last - 1, 0))
         end = np.minimum(start + 1, last)
         length = self.times[end] - self.times[start]
@@ -107,7 +107,7 @@ class _Keys:
 
 
 def eased(share: F64, easing: F64) -> F64:
-    """Shares [T] of a duration, 0 to 1, as cubic curves of these kinds [T] have them; see `_Key`."""
+    """Apply cubic easings [T] (0 linear, 1 in, 2 out, 3 in and out) to shares of a duration [T], 0 to 1."""
     rest = 1 - share
     both = np.where(share < 0.5, 4 * share**3, 1 - 4 * rest**3)
     curves = [share**3, 1 - rest**3, both]

@@ -1,8 +1,8 @@
-"""The camera of a photograph from which a scene was predicted, in the elements of its PLY file.
+"""Read the camera of the photograph from which a scene was predicted, from the elements of its PLY file.
 
-SHARP (Mescheder et al. 2025) and programs like it write, after `vertex`, the elements `extrinsic` (16
-numbers, a matrix from world to camera, row by row), `intrinsic` (9, pixels) and `image_size` (2: width,
-height), each with one property. Axes are x right, y down, z forward.
+SHARP (Mescheder et al. 2025) and similar programs write, after `vertex`, the elements `extrinsic` (16
+numbers, a world-to-camera matrix in row order), `intrinsic` (9, pixels) and `image_size` (2: width, height),
+each with one property. Axes are x right, y down, z forward.
 """
 
 from pathlib import Path
@@ -22,7 +22,7 @@ COUNTS = {"extrinsic": 16, "intrinsic": 9, "image_size": 2}
 
 
 def read(path: Path, content: bytes | None) -> CameraFile:
-    """The camera in a scene file. Raises SceneError if the file is damaged, or has none."""
+    """Read the camera in a scene file. Raises SceneError if the file is damaged or has no camera."""
     with open_plain(path, "PLY file", buffering=0) as file:
         header = parse_header(file, path)
         size = file.seek(0, 2)
@@ -36,9 +36,9 @@ def read(path: Path, content: bytes | None) -> CameraFile:
 
 
 def camera_in(path: Path, header: Header, size: int) -> Camera | None:
-    """The camera of a PLY file of so many bytes; None where it has no such elements.
+    """The camera of a PLY file of `size` bytes; None if it lacks the element `extrinsic` or `intrinsic`.
 
-    Raises SceneError if one of the elements is missing, or they are of no usable camera.
+    Raises SceneError if `image_size` is missing, or the camera is unusable.
     """
     found = {name: header.find(name) for name in COUNTS}
     missing = [name for name, element in found.items() if element is None]

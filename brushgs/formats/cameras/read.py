@@ -1,4 +1,4 @@
-"""A camera file of any format becomes a list of `Camera`; what all formats give and check is here too."""
+"""Read a camera file of any format as a list of `Camera`; and the types and checks shared by all formats."""
 
 import warnings
 from collections.abc import Callable, Iterable, Sequence
@@ -21,34 +21,34 @@ from brushgs.values.camera import Camera
 
 @dataclass(frozen=True)
 class Motion:
-    """A camera that is known at every moment, as an animation is."""
+    """An animated camera, which can be evaluated at any time."""
 
     seconds: float  # duration, > 0
-    at: Callable[[F64], list[Camera]]  # its views at some moments, [T] seconds from the start, 0 to `seconds`
+    at: Callable[[F64], list[Camera]]  # views at times [T], 0 to `seconds` from the start
 
     def views(self, num_frames: int) -> list[Camera]:
-        """Views equally far apart in time; the first and the last are the ends, of one it is the first."""
+        """Views equally spaced in time from the start to the end; a single view is at the start."""
         return self.at(np.linspace(0.0, self.seconds, num_frames))
 
 
 @dataclass(frozen=True)
 class CameraFile:
-    """What a camera file holds."""
+    """The content of a camera file."""
 
-    # its views, >= 1, in the order of the file; those of a COLMAP model by the name of the image
+    # one or more views in the order of the file; sorted by image name for a COLMAP model
     cameras: list[Camera]
-    # the key views that a camera path was made of; may be empty
+    # the keyframes of a camera path; may be empty
     keys: list[Camera] = field(default_factory=list)
     fps: float | None = None  # frames a second, if the file states it
     is_loop: bool = False  # whether the file states that the first frame follows the last
-    # of the pictures that the cameras took, as the file has them, one a camera; empty, also as a single name,
-    # where it has none
+    # names of the pictures that the cameras took, as in the file, one per camera; "" if a camera has none;
+    # empty if the format has none
     names: tuple[str, ...] = ()
     motion: Motion | None = None  # of an animated camera, whose frames are `cameras`
-    choice: str = ""  # which camera of several this is, in words, such as "the animated camera 'Shot' of 3"
+    choice: str = ""  # the chosen one of several cameras, such as "the animated camera 'Shot' of 3"
 
 
-# Pixels and world units far beyond any camera: squares and quotients of larger numbers overflow.
+# Limits in pixels and world units, far beyond any camera: squares and quotients of larger numbers overflow.
 FOCAL_LENGTHS, MAX_DISTANCE = (1e-3, 1e9), 1e15
 
 
@@ -59,17 +59,17 @@ def camera_of(
     size: Sequence[float],
     near: float = Camera.near,
 ) -> Camera:
-    """A camera whose numbers a file states.
+    """Make a camera from the numbers of a file.
 
     Args:
         rotation: [3, 3] camera from world; x right, y down, z forward.
-        translation: [3] likewise, world units.
+        translation: [3] camera from world, world units.
         K: fx, fy, cx, cy, pixels.
         size: width and height, pixels; rounded.
         near: see `Camera`, world units.
 
     Raises:
-        ValueError: if it cannot be used, with the rule that it breaks.
+        ValueError: if a number is unusable; the message is the broken rule.
     """
     if broken := _lens_rule(K, size, translation):
         raise ValueError(broken)
@@ -80,8 +80,8 @@ def camera_of(
 
 
 def _lens_rule(K: Sequence[float], size: Sequence[float], place: ArrayLike) -> str | None:
-    """The rule that an unusable camera breaks, in words; None for a usable one."""
-    if max(size) > 1 << 20:  # first: it may have hundreds of digits, and others follow from it
+    """The rule that a camera breaks, in words; None if it is usable."""
+    if max(size) > 1 << 20:  # check this first: it may have hundreds of digits, and others depend on it
         return f"the size must be that of a picture, got more than {1 << 20} pixels along a side"
     least, most = FOCAL_LENGTHS
     if not all(least <= focal <= most for focal in K[:2]):
@@ -95,7 +95,7 @@ def _lens_rule(K: Sequence[float], size: Sequence[float], place: ArrayLike) -> s
 
 
 def warn_of_distortion(path: Path, model: str, coefficients: dict[str, float]) -> None:
-    """Warn once that the lens distortion of a file is ignored, if it has a coefficient that is not 0."""
+    """Warn once that the lens distortion of a file is ignored, if there are coefficients."""
     if not coefficients:
         return
     listed = ", ".join(f"{name} = {value:g}" for name, value in coefficients.items())
@@ -104,9 +104,9 @@ def warn_of_distortion(path: Path, model: str, coefficients: dict[str, float]) -
 
 
 def read_cameras(path: str | Path) -> CameraFile:
-    """Read a camera file: its views as `brushgs.load_cameras` returns them, and what else a path states.
+    """Read a camera file: the views that `brushgs.load_cameras` returns, and further data of a camera path.
 
-    Raises SceneError if the file is of no known format, or a field of a frame is missing or unusable.
+    Raises SceneError if the format is unknown, or a field of a frame is missing or unusable.
     """
     camera_format, content = _identify(path := Path(path))
     file: CameraFile = function_of(camera_format.read)(path, content)
@@ -114,7 +114,7 @@ def read_cameras(path: str | Path) -> CameraFile:
 
 
 def _identify(path: Path) -> tuple[Format, bytes | None]:
-    """The format of a file, and its bytes; None where the path shows the format."""
+    """The format of a file, and its bytes if it is JSON; None if the format was found from the path."""
     known = formats_of("camera")
     by_path = next((row for row in known if row.matches(path, b"")), None)
     if by_path is None and path.suffix.lower() != ".json":
@@ -138,7 +138,7 @@ def _identify(path: Path) -> tuple[Format, bytes | None]:
 
 
 def find_beside(folders: Iterable[Path]) -> list[Path]:
-    """The camera files in some folders, those of the first folder first; none is opened."""
+    """The camera files in some folders, in the order of the folders; none is opened."""
     found = []
     for folder in folders:
         found += [path for name in FILES_BESIDE if is_plain(path := folder / name)]
@@ -147,7 +147,7 @@ def find_beside(folders: Iterable[Path]) -> list[Path]:
 
 
 def read_beside(path: Path) -> list[Camera]:
-    """The cameras of such a file; what they are used for needs no lens, so its distortion is not told.
+    """The cameras of a file of `find_beside`, without warnings: distortion does not matter for their use.
 
     Raises SceneError if it cannot be read, is too large, or is no camera file.
     """
@@ -157,7 +157,7 @@ def read_beside(path: Path) -> list[Camera]:
 
 
 def name_beside(path: Path) -> str:
-    """What such a file is called in messages."""
+    """The name of a file of `find_beside` in messages."""
     return MODEL_BESIDE if path.name == "0" else path.name
 
 

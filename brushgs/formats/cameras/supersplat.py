@@ -1,11 +1,11 @@
-"""The camera animation of a SuperSplat project: an archive with `document.json`, or that file itself.
+"""Read the camera animation of a SuperSplat project: an archive with `document.json`, or that file itself.
 
 Poses have a frame, a position, a target and a field of view in degrees along the longer side of the picture.
-The camera does not roll: y is up in the world of the editor. A scene that is loaded there stands turned by
-half a turn about z, and is exported turned back; cameras are returned in its own coordinates. Where a scene
-was moved in the editor, that holds for the exported scene, not for the file that was loaded.
-Positions, targets and fields of view follow a cubic Hermite spline over frames, which closes at the end of
-the timeline; its velocity at a pose is that between the poses beside it, times the smoothness.
+The camera does not roll: y is up in the world of the editor. The editor rotates a loaded scene by half a turn
+about z and rotates it back on export; cameras are returned in scene coordinates. If the scene was moved in
+the editor, these are the coordinates of the exported scene, not of the loaded file.
+Positions, targets and fields of view are interpolated over frames by a cubic Hermite spline, which closes at
+the end of the timeline; the velocity at a pose is that between its two neighbours, times the smoothness.
 Source: SuperSplat (github.com/playcanvas/supersplat), src/camera-poses.ts, timeline.ts, camera.ts,
 anim/spline.ts and doc.ts.
 """
@@ -67,10 +67,10 @@ class _Document(Struct, rename={"pose_sets": "poseSets"}):
 
 
 def read(path: Path, content: bytes | None) -> CameraFile:
-    """The camera of the first set of poses, as the editor takes it; those beyond the timeline are left out.
+    """Read the first set of poses, as the editor does; poses beyond the timeline are left out.
 
-    `content` is that of the document, None for an archive. Raises SceneError if it is damaged, has no poses,
-    or one cannot be drawn.
+    `content` is the document, or None for an archive. Raises SceneError if it is damaged, has no poses, or a
+    view cannot be drawn.
     """
     document = decode(path, _unpacked(path) if content is None else content, _Document, _CURE)
     timeline, keys = document.timeline, _Keys.of(path, document)
@@ -81,7 +81,7 @@ def read(path: Path, content: bytes | None) -> CameraFile:
 
 
 def _unpacked(path: Path) -> bytes:
-    """The document of a project, at most `MAX_BYTES`."""
+    """Read the document of a project archive, at most `MAX_BYTES`."""
     with open_zip(path) as archive:
         try:
             return read_member(path, archive, _DOCUMENT, MAX_BYTES, _CURE)
@@ -91,17 +91,17 @@ def _unpacked(path: Path) -> bytes:
 
 @dataclass(frozen=True, eq=False)
 class _Keys:
-    """K poses, with those of the turn before and after it where there are several."""
+    """K poses; if there are several, padded with two of the previous and two of the next loop."""
 
-    path: Path  # of the file, for messages
+    path: Path  # the file, for messages
     fps: float  # frames a second
     frames: F64  # [K] ascending
     values: F64  # [K, 7] position, target, field of view in degrees
-    speeds: F64  # [K, 7] a frame
+    speeds: F64  # [K, 7] change per frame
 
     @classmethod
     def of(cls, path: Path, document: _Document) -> "_Keys":
-        """The poses of a document. Raises SceneError if there are none, or two of one frame."""
+        """The poses of a document. Raises SceneError if there are none, or two at the same frame."""
         timeline, poses = document.timeline, document.pose_sets[0].poses if document.pose_sets else []
         frames = [i * timeline.frame_rate if one.frame is None else one.frame for i, one in enumerate(poses)]
         kept = sorted((frame, i) for i, frame in enumerate(frames) if frame < timeline.frames)
@@ -128,7 +128,7 @@ class _Keys:
         return cls(path, timeline.frame_rate, times, values, speeds)
 
     def at(self, moments: F64) -> tuple[F64, LensTrack]:
-        """World from camera [T, 4, 4] in the coordinates of the scene, and the lens; see `FoundCamera`."""
+        """World from camera [T, 4, 4] in scene coordinates, and the lens; see `FoundCamera`."""
         values = np.repeat(self.values[:1], len(moments), axis=0)
         if len(self.frames) > 1:
             frames = moments * self.fps
@@ -142,7 +142,7 @@ class _Keys:
         return steered(turns, values[:, :3], focal, _SCENE_FROM_WORLD)
 
     def _turns(self, ahead: F64) -> F64:
-        """[T, 3, 3] world from camera of cameras that look along [T, 3] and do not roll."""
+        """[T, 3, 3] world from camera, for cameras without roll that look along `ahead` [T, 3]."""
         with np.errstate(all="ignore"):
             back = -ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
         if not np.isfinite(back).all():

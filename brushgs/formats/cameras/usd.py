@@ -1,8 +1,8 @@
 """The cameras of USD stages: views, or the frames of an animated camera at the rate of the stage.
 
-Cameras look along -z with y up. Focal length and apertures are in the same unit, so only their quotients
-matter; the unit of length and the up axis of the stage do not: its coordinates are those of the scene, or
-those of a prim 'brushgs_scene' are. Source: OpenUSD, UsdGeomCamera.
+Cameras look along -z with y up. Focal length and apertures have the same unit, so only their ratios matter.
+The unit of length and the up axis of the stage are ignored: the stage is in scene coordinates, unless a prim
+'brushgs_scene' gives the transform of the scene. Source: OpenUSD, UsdGeomCamera.
 """
 
 from functools import partial
@@ -18,10 +18,9 @@ from brushgs.values.arrays import F64
 
 
 def read(path: Path, content: object = None) -> CameraFile:
-    """The cameras of a stage, see `animated.camera_file`.
+    """Read the cameras of a stage, see `animated.camera_file`.
 
-    Raises SceneError if the package usd-core is missing, or the file is damaged or holds no camera that can
-    be drawn.
+    Raises SceneError if the package usd-core is missing, the file is damaged, or it has no usable camera.
     """
     with reading(path, "cameras") as answer:
         seconds, fps = answer.header["seconds"], answer.header["fps"]
@@ -43,17 +42,17 @@ def read(path: Path, content: object = None) -> CameraFile:
 
 
 def _times(seconds: float, *tracks: F64) -> Times | None:
-    """The times of what moves, None of what stands still."""
+    """Start and end of the animation, or None if no track changes."""
     return (0.0, seconds) if any((track != track[0]).any() for track in tracks) else None
 
 
 def _between(seconds: float, track: F64, moments: F64) -> F64:
-    """Values [T, ...] at moments, between the samples of a track that are nearest in time."""
+    """Values [T, ...] at times [T], by linear interpolation between the samples of a track."""
     if len(track) == 1:
         return np.repeat(track, len(moments), axis=0)
     place = np.clip(moments / seconds, 0, 1) * (len(track) - 1)
     before = np.minimum(place.astype(np.int64), len(track) - 2)
-    # A moment that is that of a sample up to rounding has its value to the bit.
+    # A time that equals a sample time up to rounding gets exactly the value of the sample.
     share = (np.round(place, 9) - before).reshape(-1, *[1] * (track.ndim - 1))
     with np.errstate(all="ignore"):
         return np.asarray((1 - share) * track[before] + share * track[before + 1])

@@ -2,10 +2,10 @@
 
 - `cameras.json`, which 3DGS training writes: a list of camera-to-world poses; x right, y down, z forward.
 - `transforms.json` of NeRF and nerfstudio: camera-to-world matrices; x right, y up, z backward. Intrinsics
-  stand in each frame, or once beside all frames. Fields: docs.nerf.studio, data conventions. One is our own,
-  which the page of `brushgs export` writes: `near_plane`, world units; nothing nearer is painted.
-- `camera_path.json`: frames of a path, the key views it was made of, its rate. Matrices are as those of
-  `transforms.json`; the field of view is vertical, in degrees.
+  are in each frame, or once for all frames. Fields: docs.nerf.studio, data conventions. One field is our own,
+  written by the page of `brushgs export`: `near_plane`, world units; nothing nearer is painted.
+- `camera_path.json`: frames of a path, its keyframes, its frame rate. Matrices are as in `transforms.json`;
+  the field of view is vertical, in degrees.
 """
 
 import math
@@ -24,9 +24,9 @@ from brushgs.values.camera import Camera
 
 _CURE = "export the cameras again"
 _MIN_ANGLE = 1e-6  # radians
-_MIN_SECONDS = 1e-6  # of a path: below, its frame rate would overflow
+_MIN_SECONDS = 1e-6  # shortest path: the frame rate of a shorter one would overflow
 _MAX_MATRIX_TEXT = 4096  # characters of a matrix that is stored as text
-_NEAR_RIGID = 1e-2  # rotations this close to orthonormal were rounded, not scaled
+_NEAR_RIGID = 1e-2  # largest deviation of a rotation from orthonormal that counts as rounding
 _CV_FROM_GL = np.diag([1.0, -1.0, -1.0])  # x right, y up, z backward -> x right, y down, z forward
 _BLENDER_SIZE = 800.0  # pixels; transforms.json of the NeRF-synthetic scenes omits the size
 _DISTORTION = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2")
@@ -37,7 +37,7 @@ _PINHOLES = (
 Positive = Annotated[float, Meta(gt=0)]
 
 
-class _Trained(Struct):  # an entry of `cameras.json`
+class _Trained(Struct):  # entry of `cameras.json`
     width: Positive
     height: Positive
     fx: Positive
@@ -48,7 +48,7 @@ class _Trained(Struct):  # an entry of `cameras.json`
 
 
 class _Frame(Struct):
-    """A frame of `transforms.json`; but for its matrix and picture, fields may stand beside all frames."""
+    """A frame of `transforms.json`; fields except matrix and picture may be given once for all frames."""
 
     w: Positive | None = None
     h: Positive | None = None
@@ -77,14 +77,14 @@ class _Transforms(_Frame, kw_only=True):
 
 
 class _View(Struct):
-    """A frame or key view of `camera_path.json`; but for its matrix, fields may stand beside all of them."""
+    """A frame or keyframe of `camera_path.json`; fields except the matrix may be given once for all."""
 
     camera_type: Any = None
     render_width: Positive | None = None
     render_height: Positive | None = None
     fov: float | None = None
     camera_to_world: Numbers | None = None
-    matrix: Numbers | str | None = None  # older viewers wrote text, column by column
+    matrix: Numbers | str | None = None  # older viewers wrote text, in column order
 
 
 class _Path(_View, kw_only=True):
@@ -96,7 +96,7 @@ class _Path(_View, kw_only=True):
 
 
 def read_trained(path: Path, content: bytes) -> CameraFile:
-    """The cameras of a list; the principal point is the middle of the picture. Raises SceneError."""
+    """Read `cameras.json`; the principal point is the centre of the picture. Raises SceneError."""
     entries = decode(path, content, list[_Trained], _CURE, root="cameras")
     cameras = []
     for index, own in enumerate(_filled(path, entries)):
@@ -108,7 +108,7 @@ def read_trained(path: Path, content: bytes) -> CameraFile:
 
 
 def read_transforms(path: Path, content: bytes) -> CameraFile:
-    """The cameras of an object with the field "frames". Raises SceneError."""
+    """Read `transforms.json`, an object with the field "frames". Raises SceneError."""
     file = decode(path, content, _Transforms, _CURE)
     frames = _filled(path, file.frames)
     cameras = [_of_frame(Entry(path, f"frames[{i}]", own, file)) for i, own in enumerate(frames)]
@@ -117,7 +117,7 @@ def read_transforms(path: Path, content: bytes) -> CameraFile:
 
 
 def read_path(path: Path, content: bytes) -> CameraFile:
-    """The path in an object with the field "camera_path". Raises SceneError."""
+    """Read `camera_path.json`, an object with the field "camera_path". Raises SceneError."""
     file = decode(path, content, _Path, _CURE)
     cameras, keys = (
         [_of_view(Entry(path, f"{name}[{i}]", own, file), matrix) for i, own in enumerate(views)]
@@ -141,36 +141,36 @@ def _filled(path: Path, entries: list[Any]) -> list[Any]:
 
 
 def _names(names: list[Any]) -> tuple[str, ...]:
-    """The names of pictures, "" where an entry has none."""
+    """Picture names, "" for an entry without one."""
     return tuple(name if isinstance(name, str) else "" for name in names)
 
 
 class Entry:
-    """One entry of a camera file; fields are looked up in it, then in what all entries share.
+    """One entry of a camera file; fields are looked up in it, then in the fields shared by all entries.
 
-    Every method raises SceneError with the path, the place and the rule.
+    Methods raise SceneError with the path, the place and the rule.
     """
 
     def __init__(self, path: Path, place: str, own: Struct, shared: Struct | None = None) -> None:
         self.path, self.place, self.own, self.shared = path, place, own, shared
 
     def fail(self, message: str) -> SceneError:
-        """An error that names the entry."""
+        """A SceneError that names the entry."""
         return SceneError(self.path, f"{self.place}: {message}")
 
     def find(self, name: str) -> Any:
-        """A field, or None."""
+        """A field of the entry, else the shared one, else None."""
         value = getattr(self.own, name)
         return getattr(self.shared, name) if value is None and self.shared is not None else value
 
     def number(self, name: str) -> float:
-        """A field that must be here or beside all entries."""
+        """A number that the entry or the shared fields must have."""
         if (value := self.find(name)) is None:
             raise missing(self.path, f"{self.place}.{name}", "a number", _CURE)
         return float(value)
 
     def focal(self, side: float, name: str, unit: float = 1.0) -> float:
-        """Focal length, pixels, at which a side of so many pixels fills the field of view `name`."""
+        """Focal length in pixels from the field of view `name` (in `unit` radians) across `side` pixels."""
         value = self.number(name)
         if value < _MIN_ANGLE or value * unit >= math.pi:
             place = name if getattr(self.own, name) is None else f"{self.place}.{name}"
@@ -179,7 +179,7 @@ class Entry:
         return side / 2 / math.tan(value * unit / 2)
 
     def array(self, name: str, *shapes: tuple[int, ...]) -> F64:
-        """Numbers in the first of some shapes that fits."""
+        """A field of numbers, in the first shape of its size."""
         value = getattr(self.own, name)
         rule = " or ".join("x".join(map(str, shape)) for shape in shapes) + " numbers"
         if value is None:
@@ -196,8 +196,10 @@ class Entry:
         size: tuple[float, float],
         near: float = Camera.near,
     ) -> Camera:
-        """The camera at a pose: [3, 3], which is cleaned of rounding errors, with x right, y down, z forward,
-        and [3] in world units; see `camera_of`.
+        """The camera at a pose; see `camera_of` for `K`, `size` and `near`.
+
+        `world_from_cam` is [3, 3] with x right, y down, z forward, and is made orthonormal; `position` is
+        [3] in world units.
         """
         rotation = self._rigid(world_from_cam).T
         with np.errstate(all="ignore"):
@@ -210,13 +212,13 @@ class Entry:
     def opengl_camera(
         self, name: str, K: tuple[float, ...], size: tuple[float, float], near: float = Camera.near
     ) -> Camera:
-        """The camera at the pose in a field: camera-to-world, with x right, y up, z backward."""
+        """The camera at the camera-to-world matrix in a field, with x right, y up, z backward."""
         matrix = self.array(name, (4, 4), (3, 4))
         return self.camera(matrix[:3, :3] @ _CV_FROM_GL, matrix[:3, 3], K, size, near)
 
     def _rigid(self, rotation: F64) -> F64:
-        """The nearest rotation to a matrix that is almost one."""
-        if (longest := np.abs(rotation).max()) > MAX_DISTANCE:  # for which the SVD may not converge
+        """The rotation nearest to a matrix. Raises SceneError if the matrix scales or mirrors."""
+        if (longest := np.abs(rotation).max()) > MAX_DISTANCE:  # the SVD may not converge
             raise self.fail(f"the rotation must not scale or mirror, got an entry of {longest:.4g}")
         left, stretch, right = np.linalg.svd(rotation)
         nearest = np.asarray(left @ right)
@@ -258,7 +260,7 @@ def _warn_of_distortion(path: Path, sources: list[_Frame]) -> None:
 
 
 def _of_view(view: Entry, matrix_name: str) -> Camera:
-    """A view with its camera-to-world matrix in the field `matrix_name`."""
+    """The camera of a view with its camera-to-world matrix in the field `matrix_name`."""
     projection = view.find("camera_type")
     if projection not in (None, "perspective"):
         raise view.fail(f"camera_type must be perspective, got {shown(projection)}")

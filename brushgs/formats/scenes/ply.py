@@ -1,8 +1,8 @@
-"""Trained 3D Gaussian scenes in PLY files, in any of their layouts.
+"""Read trained 3D Gaussian scenes from PLY files, in both layouts.
 
-Two layouts are read: Inria's, see `ply_inria`, and the compressed one of PlayCanvas and SuperSplat: 16 bytes
-a Gaussian, in chunks of 256. A chunk stores the smallest and largest position, log-scale and (in later files)
-colour of its Gaussians; each Gaussian stores its place between them, in 11 + 10 + 11 bits (position and
+The layouts are Inria's, see `ply_inria`, and the compressed one of PlayCanvas and SuperSplat: 16 bytes a
+Gaussian, in chunks of 256. A chunk stores the smallest and largest position, log-scale and (in later files)
+colour of its Gaussians; each Gaussian stores fractions between them, in 11 + 10 + 11 bits (position and
 log-scale) or 8 bits (colour), its opacity in 8 bits and its rotation as the three smaller components of the
 quaternion in 10 bits each. An optional element `sh` holds f_rest in 8 bits. The layout is defined by the
 PlayCanvas engine and splat-transform.
@@ -47,10 +47,10 @@ from brushgs.values.notes import Training
 from brushgs.values.sh import C0
 
 PACKED = ("packed_position", "packed_rotation", "packed_scale", "packed_color")
-# What a chunk has the smallest and largest value of, by axis.
+# The values whose range a chunk stores -> their axes.
 AXES = {"position": ("x", "y", "z"), "scale": ("scale_x", "scale_y", "scale_z"), "color": ("r", "g", "b")}
 CHUNK_ROWS = 256
-MOST_SHOWN = 20  # columns in a message
+MOST_SHOWN = 20  # most column names in a message
 _BLOCK_ROWS = 16 * CHUNK_ROWS
 THREE, FOUR = (11, 10, 11), (8, 8, 8, 8)  # bits of a packed vector and of a packed colour, from the highest
 SMALL_BITS = (10, 10, 10)  # of the three smaller components of a rotation
@@ -58,7 +58,7 @@ SH_RANGE = 8.0  # f_rest is stored in -4 to 4
 
 
 def check_compressed(path: Path, header: Header, vertex: Element) -> int:
-    """The spherical-harmonic terms of each row. Raises SceneError if a property is missing; names it."""
+    """The number of spherical-harmonic terms of each row. Raises SceneError if a property is missing."""
     for name in PACKED:
         if name not in vertex.names:
             raise SceneError(path, f"no property {name!r} among {len(vertex.names)} read; export it again")
@@ -67,7 +67,7 @@ def check_compressed(path: Path, header: Header, vertex: Element) -> int:
 
 
 def open_compressed(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> RowSource:
-    """The rows of element `vertex` with their chunks; `size` is that of the file, bytes.
+    """The rows of element `vertex` with their chunks; `size` is the file size in bytes.
 
     Raises SceneError if the file is cut off or chunks do not match the rows.
     """
@@ -100,14 +100,14 @@ def open_compressed(path: Path, header: Header, vertex: Element, num_terms: int,
 
 
 def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[str, tuple[F32, F32]]:
-    """Smallest and largest value of each chunk, by name: position, scale, color; [chunks, 3] each."""
+    """Smallest and largest position, scale and color of each chunk, by name; [chunks, 3] each."""
     chunk = header.find("chunk")
     assert chunk is not None
     if chunk.count * CHUNK_ROWS < num_rows:
         rule = f"must have a chunk for {CHUNK_ROWS} Gaussians, got {chunk.count} for {num_rows}"
         raise SceneError(path, f"{rule}; export again")
     check_size(path, header, chunk, size)
-    has_colors = "min_r" in chunk.names  # earlier files have none: colours in 0 to 1
+    has_colors = "min_r" in chunk.names  # earlier files have no range of colours: 0 to 1
     for axes in AXES.values() if has_colors else (AXES["position"], AXES["scale"]):
         for name in (f"{end}_{axis}" for end in ("min", "max") for axis in axes):
             if name not in chunk.names:
@@ -125,13 +125,13 @@ def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[s
 
 
 def _column(rows: NDArray[np.void], names: tuple[str, ...]) -> F32:
-    """[rows, names]; numbers beyond float32 become infinity, which is found when rows are checked."""
+    """Columns as [rows, names]; numbers beyond float32 become infinity, detected when rows are checked."""
     with np.errstate(over="ignore", invalid="ignore"):
         return np.stack([rows[name].astype(np.float32) for name in names], axis=1)
 
 
 def _decode(rows: NDArray[np.void], ranges: dict[str, tuple[F32, F32]], start: int, out: Columns) -> None:
-    """Unpack some rows; the first is row `start` of the file."""
+    """Decode some rows; the first is row `start` of the file."""
     position, rotation, scale, color = (rows[name].astype(np.uint32) for name in PACKED)
     chunks = np.arange(start, start + len(rows)) // CHUNK_ROWS
     out.means[:] = _between(ranges["position"], chunks, _unpack(position, THREE))
@@ -139,13 +139,13 @@ def _decode(rows: NDArray[np.void], ranges: dict[str, tuple[F32, F32]], start: i
     rgba = _unpack(color, FOUR)
     out.sh[:, 0] = (_between(ranges["color"], chunks, rgba[:, :3]) - 0.5) / C0
     out.opacities[:] = rgba[:, 3]
-    # The upper two bits of a rotation name its largest component.
+    # The upper two bits of a rotation are the index of its largest component.
     small = (_unpack(rotation & 0x3FFFFFFF, SMALL_BITS) - 0.5) * np.float32(np.sqrt(2))
     unpack_quats((rotation >> 30).astype(np.int8), small, out.quats)
 
 
 def _unpack(packed: NDArray[np.integer[Any]], bits: tuple[int, ...]) -> F32:
-    """[n] words -> [n, len(bits)] fractions, 0 to 1, from the highest bits down."""
+    """Unpack [n] words to [n, len(bits)] fractions, 0 to 1, from the highest bits down."""
     fractions = np.empty((len(packed), len(bits)), np.float32)
     shift = sum(bits)
     for index, width in enumerate(bits):
@@ -162,9 +162,10 @@ def _between(limits: tuple[F32, F32], chunks: NDArray[np.integer[Any]], fraction
 
 
 def _decode_rest(rows: NDArray[np.void], sh: F32) -> None:
-    """f_rest of some rows, stored channel by channel.
+    """Decode f_rest of some rows, stored channel by channel.
 
-    A byte decodes to the middle of its 256th of the range; 0 and 255 to the exact ends.
+    The range is divided into 256 equal parts: a byte decodes to the middle of its part, 0 and 255 to the
+    exact ends of the range.
     """
     values = (np.arange(256, dtype=np.float32) + 0.5) / 256
     values[[0, 255]] = 0, 1
@@ -175,7 +176,7 @@ def _decode_rest(rows: NDArray[np.void], sh: F32) -> None:
             sh[:, 1 + term, channel] = values[rows[f"f_rest_{channel * num_rest + term}"].astype(np.uint8)]
 
 
-_MEANINGLESS = ("nx", "ny", "nz")  # Gaussians have no normals: trainers write zeros for viewers of points
+_MEANINGLESS = ("nx", "ny", "nz")  # Gaussians have no normals: trainers write zeros for point viewers
 _ENCODINGS = {
     "ascii": "ASCII",
     "binary_little_endian": "binary little-endian",
@@ -206,11 +207,11 @@ def open_scene(path: Path) -> SceneFile:
     def open_rows(encoding: Encoding = STANDARD) -> RowSource:
         source = path, header, vertex, num_terms, size
         rows = open_compressed(*source) if has_chunks else open_inria(*source, encoding)
-        warn_of_surplus(path, header, size)  # of a file that is not refused
+        warn_of_surplus(path, header, size)  # only if the file was not refused
         return rows
 
     stored = read_stored(path, lambda: parse_text("".join(header.view_text)))
-    if not has_chunks:  # rows lie in order, and have a column of brushes
+    if not has_chunks:  # the standard layout keeps the order of rows and has a column of brushes
         stored = stored._replace(counts=None, order=None)
     photograph, elements = _photograph(path, header, size)
     known = PACKED if has_chunks else read_columns_of(num_terms) | ({BRUSH} if has_brushes(vertex) else set())
@@ -231,10 +232,11 @@ def open_scene(path: Path) -> SceneFile:
 
 
 def read_column(path: Path, name: str) -> tuple[F64, F64]:
-    """Positions [N, 3] and one more number [N] of each row of a PLY file.
+    """Positions [N, 3] and the column `name` [N] of a PLY file, as float64.
 
     Raises:
-        SceneError: if it cannot be read, is no PLY file, or has no such column; names those that it has.
+        SceneError: if the file cannot be read, is no PLY file, or lacks the column; the message hints at a
+            similar name or lists the columns.
     """
     with open_plain(path, "scene file", buffering=0) as file:
         if file.read(3) != b"ply":
@@ -255,7 +257,7 @@ def read_column(path: Path, name: str) -> tuple[F64, F64]:
 
 
 def _photograph(path: Path, header: Header, size: int) -> tuple[Camera | None, tuple[str, ...]]:
-    """The camera of the photograph that a scene was predicted from, and the elements that are not read."""
+    """The camera of the photograph from which a scene was predicted, and the elements that are not read."""
     known, camera = {"vertex", "chunk", "sh"}, None
     if header.find("extrinsic") is not None:
         from brushgs.formats.cameras.photograph import COUNTS, camera_in
@@ -272,13 +274,13 @@ def _photograph(path: Path, header: Header, size: int) -> tuple[Camera | None, t
 
 
 def _training(header: Header, vertex: Element) -> Training:
-    """How the scene was trained: what the comments state, else what the columns show."""
+    """How the scene was trained, from its comments or else from its columns."""
     if is_flat(header, vertex):
         return "2dgs"
     return header.training or ("antialiased" if FILTER_3D in vertex.names else "default")
 
 
 def _unknown(vertex: Element, known: Collection[str]) -> tuple[str, ...]:
-    """The columns that are not read, but for those that mean nothing in a scene."""
+    """The columns that are not read, except normals, which have no meaning in a scene."""
     names = (*vertex.names, *vertex.lists)
     return tuple(name for name in names if name not in known and name not in _MEANINGLESS)

@@ -1,11 +1,11 @@
-"""The `meta.json` of a SOG scene, and where its files lie: in a folder, or in a zip archive; none is trusted.
+"""The `meta.json` of a SOG scene, and access to its untrusted files, in a folder or in a zip archive.
 
-Members of an archive are found by name. Their pictures are copied to a temporary folder, under a name of our
-own, while they are decoded, since the decoder reads named files only; nothing else reaches the disk.
+Members of an archive are found by name. A picture is copied to a temporary folder, under a name of our own,
+while it is decoded, since the decoder reads named files only; nothing else is written to the disk.
 
-The meta says what each byte of the pictures stands for, here as tables to look it up in. Version 2 stores
-scales and colours by codebooks, version 1 (without `version`) between a smallest and a largest value. The
-format is defined by the PlayCanvas engine and splat-transform.
+The meta defines the value of each byte of the pictures; here it becomes lookup tables. Version 2 stores
+scales and colours by codebooks, version 1 (without `version`) as fractions between a smallest and a largest
+value. The format is defined by the PlayCanvas engine and splat-transform.
 """
 
 import zipfile
@@ -35,16 +35,16 @@ _SHOWN_MEMBERS = 3
 
 
 class SceneFiles:
-    """Files of one scene, by the names that its `meta.json` gives them: those beside it.
+    """The files beside a `meta.json`, by the names in it.
 
-    All raise SceneError, of the file at `path`.
+    All methods raise SceneError if a file is missing, too large or cannot be read.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     def meta(self, most: int) -> bytes:
-        """The `meta.json`, whatever it is called."""
+        """The content of the `meta.json`, at most `most` bytes; the file may have another name."""
         return read_whole(self.path, most)
 
     def head(self, name: str) -> bytes:
@@ -53,12 +53,12 @@ class SceneFiles:
             return file.read(NUM_HEADER_BYTES)
 
     def size(self, name: str) -> int:
-        """Bytes that a file takes as it is stored, packed or not."""
+        """The stored size of a file in bytes; for an archive the compressed size."""
         return self._find(name).stat().st_size
 
     @contextmanager
     def on_disk(self, name: str, most: int) -> Iterator[Path]:
-        """A path to a file of at most `most` bytes while the context is open."""
+        """Yield a path to a file of at most `most` bytes, valid within the block."""
         path = self._find(name)
         if path.stat().st_size > most:
             raise SceneError(path, _too_large(most))
@@ -73,7 +73,7 @@ class SceneFiles:
 
 
 class _Archive(SceneFiles):
-    """The members of a zip archive that lie beside its `meta.json`."""
+    """The members of a zip archive in the folder of its `meta.json`."""
 
     def __init__(self, path: Path, archive: zipfile.ZipFile) -> None:
         super().__init__(path)
@@ -96,7 +96,7 @@ class _Archive(SceneFiles):
             path.write_bytes(content)
             try:
                 yield path
-            except SceneError as error:  # names the temporary file
+            except SceneError as error:  # replace the name of the temporary file
                 message = str(error).removeprefix(f"{path}: ")
                 raise SceneError(self.path, f"its member {name[:100]!r} {message}") from None
 
@@ -117,7 +117,7 @@ class _Archive(SceneFiles):
         return content
 
     def _read(self, member: zipfile.ZipInfo, most: int) -> bytes:
-        """At most so many bytes; a member that is read to its end is checked against its checksum."""
+        """At most `most` bytes of a member; if it is read to its end, its checksum is verified."""
         try:
             with self._archive.open(member) as file:
                 return file.read(most)
@@ -128,11 +128,11 @@ class _Archive(SceneFiles):
 
 @contextmanager
 def open_files(path: Path) -> Iterator[SceneFiles]:
-    """The files of a SOG scene, given a folder, the `meta.json` in one, or a zip archive.
+    """Open the files of a SOG scene, given as a folder, the `meta.json` in one, or a zip archive.
 
     Raises:
-        SceneError: if an archive is damaged, has a huge directory or holds no `meta.json` or several; says
-            what it holds.
+        SceneError: if an archive is damaged, has a too large directory, or holds no `meta.json` or several;
+            the message says what it holds.
     """
     if is_dir(path):
         yield SceneFiles(path / META)
@@ -147,7 +147,7 @@ def open_files(path: Path) -> Iterator[SceneFiles]:
 
 
 def _find_folder(path: Path, names: list[str]) -> str:
-    """The folder inside an archive that holds the scene, with its "/"; "" for the top."""
+    """The folder of the scene inside an archive, with a final "/"; "" for the top."""
     metas = [name for name in names if PurePosixPath(name).name == META]
     if META in metas:
         return ""
@@ -169,19 +169,19 @@ def _find_folder(path: Path, names: list[str]) -> str:
 
 
 def _too_large(most: int) -> str:
-    """The end of a sentence."""
+    """The end of a message."""
     return f"must have at most {most / 2**20:.1f} MiB, got more; download or export it again"
 
 
-NOTES = "brushgs"  # the key of what `Stored` holds, in files of ours
+NOTES = "brushgs"  # key of `Stored` in our files
 _CURE = "export it as SOG again"
-_LEVELS = np.arange(256) / 255  # what a byte stands for between a smallest and a largest value
+_LEVELS = np.arange(256) / 255  # fraction that each byte stands for between a smallest and a largest value
 PALETTE_ROW = 64  # entries in a row of the picture of centroids
 MAX_PALETTE = 1 << 16  # labels have 16 bits
 
 E = TypeVar("E")
 _Codebook = Annotated[list[float | None], msgspec.Meta(min_length=1, max_length=256)]
-_Pictures = Annotated[list[str], msgspec.Meta(min_length=1)]  # the first counts
+_Pictures = Annotated[list[str], msgspec.Meta(min_length=1)]  # only the first is used
 _TwoPictures = Annotated[list[str], msgspec.Meta(min_length=2)]
 
 
@@ -220,13 +220,13 @@ class _Palette2(Struct):
 
 
 class _Scene(Struct, kw_only=True):
-    """What both versions have."""
+    """Fields of both versions."""
 
     means: _Means
     quats: _Quats
-    sh_n: Any = msgspec.field(name="shN", default=None)  # degree 0 may state nothing but "bands"
+    sh_n: Any = msgspec.field(name="shN", default=None)  # for degree 0 it may have only "bands"
     model: Any = None
-    antialias: Any = None  # of older files
+    antialias: Any = None  # in older files
     stored: Any = msgspec.field(name=NOTES, default_factory=dict)
 
 
@@ -247,13 +247,13 @@ class _Version(Struct):
 
 @dataclass(frozen=True)
 class Palette:
-    """Spherical harmonics of degree 1 and more, shared by Gaussians."""
+    """A palette of spherical harmonics of degree 1 and more, shared by Gaussians."""
 
-    num_entries: int | None  # labels are smaller; None if the file does not state it
-    bands: int | None  # 1 to 3; None if the width of the picture tells it
-    values: F32  # [256] coefficient that a byte stands for
-    centroids: str  # picture of the entries, 64 in a row, each (bands + 1)^2 - 1 pixels wide
-    labels: str  # picture of 16-bit numbers, low byte first
+    num_entries: int | None  # number of entries, above all labels; None if the file does not state it
+    bands: int | None  # 1 to 3; None if it follows from the width of the picture
+    values: F32  # [256] coefficient of each byte
+    centroids: str  # name of the picture of entries, 64 in a row, each (bands + 1)^2 - 1 pixels wide
+    labels: str  # name of the picture of 16-bit labels, low byte first
 
 
 @dataclass(frozen=True)
@@ -261,9 +261,9 @@ class Meta:
     """A `meta.json` of either version."""
 
     version: int  # 1 or 2
-    num_rows: int  # Gaussians
+    num_rows: int  # number of Gaussians
     training: Training
-    means: F32  # [3, 65536] coordinate that a 16-bit number stands for, by axis
+    means: F32  # [3, 65536] coordinate of each 16-bit number, by axis
     log_scales: F32  # [3, 256] by axis
     colors: F32  # [3, 256] coefficient of degree 0, by channel
     opacities: F32  # [256] logits in version 1, 0 to 1 in version 2
@@ -271,13 +271,13 @@ class Meta:
         str, ...
     ]  # names: means (low and high bytes), quats, scales, colours, any labels and palette
     palette: Palette | None  # None without spherical harmonics above degree 0
-    stored: Stored  # what a file of ours records
+    stored: Stored  # notes of our files
 
 
 def parse_meta(path: Path, content: bytes) -> Meta:
-    """The meaning of the JSON text of a `meta.json`, or of an archive that it is in, at `path`.
+    """Parse the text of a `meta.json`; `path` is this file, or its archive, for messages.
 
-    Raises SceneError if it is no JSON, or a field is missing or unusable; names the field.
+    Raises SceneError if it is no JSON, or a field is missing or unusable; the message names the field.
     """
     version = decode(path, content, _Version, _CURE, has_names=True).version
     if version not in (1, 2):
@@ -318,7 +318,7 @@ def parse_meta(path: Path, content: bytes) -> Meta:
 
 
 def count_palette(width: int, height: int, palette: Palette) -> tuple[int, int] | None:
-    """Number of entries and of bands in a picture of centroids; None if its size does not fit the palette."""
+    """Number of entries and bands in a picture of centroids; None if its size does not fit the palette."""
     num_rest, is_whole = divmod(width, PALETTE_ROW)
     bands = {3: 1, 8: 2, 15: 3}.get(num_rest)
     num_entries = min(palette.num_entries or PALETTE_ROW * height, PALETTE_ROW * height)
@@ -341,37 +341,37 @@ def _palette(path: Path, value: Any, version: int) -> Palette | None:
 
 
 def _training(scene: _Scene) -> Training:
-    """How a scene was trained: `model`, or in older files `antialias`."""
+    """How a scene was trained, from `model` or, in older files, `antialias`."""
     if scene.model == "antialiased" or (scene.model is None and scene.antialias is True):
         return "antialiased"
     return "2dgs" if scene.model == "2dgs" else "default"
 
 
 def mean_logs(means: Array) -> NDArray[np.float64]:
-    """sign(x) log(1 + |x|) of coordinates, which `Meta.means` undoes."""
+    """sign(x) log(1 + |x|) of coordinates, the inverse of the tables `Meta.means`."""
     wide = means.astype(np.float64)
     return np.asarray(np.sign(wide) * np.log1p(np.abs(wide)))
 
 
 def _mean_tables(means: _Means) -> F32:
-    """Numbers lie evenly between the ends of sign(x) log(1 + |x|)."""
+    """[3, 65536] coordinates, evenly spaced in sign(x) log(1 + |x|) between its ends."""
     low, high = np.array(means.mins), np.array(means.maxs)
     logs = low[:, None] + (high - low)[:, None] * (np.arange(65536) / 65535)
-    with np.errstate(over="ignore"):  # infinite means are found when rows are checked
+    with np.errstate(over="ignore"):  # infinite means are detected when rows are checked
         return np.asarray(np.sign(logs) * np.expm1(np.abs(logs)), np.float32)
 
 
 def _between(lows: ArrayLike, highs: ArrayLike) -> F32:
-    """[n, 256] values evenly between n pairs of ends."""
+    """[n, 256] values evenly spaced between n pairs of ends."""
     low, high = np.array(lows), np.array(highs)
     with np.errstate(over="ignore"):
         return np.asarray(low[:, None] + (high - low)[:, None] * _LEVELS, np.float32)
 
 
 def _table(path: Path, place: str, values: list[float | None]) -> F32:
-    """[256] values of a codebook; those past the end of a shorter list are NaN.
+    """[256] values of a codebook; a shorter list is padded with NaN.
 
-    Some versions of splat-transform wrote null for the first one, which the engine then extrapolates.
+    Some versions of splat-transform wrote null for the first value, which the engine then extrapolates.
     """
     known = [value for value in values if value is not None]
     if values[0] is None and len(values) == 256 and len(known) == 255:

@@ -57,7 +57,7 @@ _SEED = 20261122
 def levels_of(
     values: NDArray[np.floating], weights: NDArray[np.floating] | None = None
 ) -> NDArray[np.float64]:
-    """[256] ascending levels that minimise the squared error to the values; with fewer values, the last repeats.
+    """[256] ascending levels that minimise the squared error to the values; of fewer, the last is repeated.
 
     `weights`, >= 0 and of the shape of the values, weight the squared errors.
     """
@@ -256,7 +256,7 @@ def _pack_quats(quats: NDArray[np.floating]) -> NDArray[np.int64]:
 
 
 def _laid_out(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Arrange [n, channels] in rows as [height, width, channels], nearly square with sides of multiples of 4."""
+    """Arrange [n, channels] in rows as [height, width, channels], nearly square, sides multiples of 4."""
     num_rows, channels = pixels.shape
     width = -(-int(np.ceil(np.sqrt(num_rows))) // 4) * 4
     height = -(-num_rows // (4 * width)) * 4

@@ -221,7 +221,7 @@ def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
 
 
 def _fractional_bits(gaussians: Gaussians) -> int:
-    """Bits for `_STEPS` across the middle, at least `_USUAL_BITS`, but so few that the farthest centre fits."""
+    """Bits for `_STEPS` across the middle, at least `_USUAL_BITS`, as far as the farthest centre allows."""
     farthest = float(np.abs(gaussians.means).max())
     if farthest > _LARGEST_POSITION:
         raise ValueError(

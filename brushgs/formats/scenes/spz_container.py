@@ -238,7 +238,7 @@ def _peek(path: Path, begin: bytes) -> bytes:
 
 
 def _inflate(path: Path, data: bytes, header: Header) -> tuple[memoryview, int]:
-    """Content of a file of versions 1 to 3, with up to `_MAX_TRAILER` bytes after the blocks; and the surplus.
+    """Content of a file of versions 1 to 3, with up to `_MAX_TRAILER` bytes after the blocks; and surplus.
 
     Content without gzip is accepted too: some tools keep it so in memory and within other files.
     """

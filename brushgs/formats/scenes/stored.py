@@ -1,8 +1,8 @@
-"""What a file of strokes records beside its columns: its scene, its first view, its brushes.
+"""The notes of a file of strokes: its scene, its first view, its brushes.
 
-All formats with a place for notes hold them as one JSON object: PLY in comments, SOG and glTF in their JSON,
-SPZ in an extension. Numbers survive to the last bit: they have as many digits as are needed, and points are
-base64 of little-endian float64.
+Formats with room for notes hold them as one JSON object: PLY in comments, SOG and glTF in their JSON, SPZ in
+an extension. Numbers are exact: they have as many digits as needed, and points are base64 of little-endian
+float64.
 """
 
 import base64
@@ -26,14 +26,14 @@ from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera, FirstView, Photograph
 from brushgs.values.gaussians import Gaussians
 
-# Characters of JSON: 4,096 points take 131,072, and outlines have at most 512; an order takes 174,764.
+# Characters of JSON: 4,096 points take 131,072 (outlines have at most 512), an order takes 174,764.
 MAX_TEXT = 1 << 19
-_MOST_ORDERED = 1 << 16  # rows whose order is recorded: numbers of 16 bits
+_MOST_ORDERED = 1 << 16  # most rows with a recorded order: row numbers have 16 bits
 _MAX_POINTS = 4000
 _MAX_NAME = 200
-_MOST_BRUSHES = 256  # a row of them is a byte
-_MOST_ROWS = 1 << 40  # of a brush: more than any file holds
-_MAX_BRUSH_TEXT = 1 << 16  # characters of JSON: names of all brushes
+_MOST_BRUSHES = 256  # the number of a brush is a byte
+_MOST_ROWS = 1 << 40  # rows of a brush: more than any file holds
+_MAX_BRUSH_TEXT = 1 << 16  # characters of JSON of the names of all brushes
 
 _Three = tuple[float, float, float]
 _Turn = Annotated[float, Meta(ge=-1e6, le=1e6)]
@@ -42,7 +42,7 @@ _Axis = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 
 
 class _Photograph(Struct):
-    """The photograph that the scene was predicted from, as `Photograph` and its `Camera`."""
+    """The photograph from which the scene was predicted: fields of `Photograph` and its `Camera`."""
 
     viewmat: bytes
     K: bytes
@@ -53,7 +53,7 @@ class _Photograph(Struct):
 
 
 class _View(Struct, kw_only=True):
-    """The first view, its fields as those of `FirstView`; arrays of points are base64."""
+    """The first view, with the fields of `FirstView`; arrays of points are base64."""
 
     up: _Three
     azimuth: _Turn
@@ -70,7 +70,7 @@ class _View(Struct, kw_only=True):
 
 
 class _Content(Struct):
-    """The JSON object."""
+    """The JSON object of a `Stored`."""
 
     scene: Annotated[str, Meta(max_length=_MAX_NAME)] | None = None
     first_view: _View | None = None
@@ -85,37 +85,37 @@ class _Content(Struct):
 
 
 class Stored(NamedTuple):
-    """What a file records."""
+    """The notes of a file."""
 
-    scene: str | None = None  # the name of the scene
-    first_view: FirstView | None = None  # how that is seen
-    brushes: tuple[str, ...] = ()  # names or paths, by row
-    # How many rows have each brush, in formats without a column for it: rows are in the order of their
-    # brushes. None where strokes have no brushes, or a column.
+    scene: str | None = None  # name of the scene
+    first_view: FirstView | None = None  # first view of the scene
+    brushes: tuple[str, ...] = ()  # names or paths, by the number of a brush
+    # Number of rows of each brush, in formats without a column of brushes, whose rows are sorted by brush.
+    # None if strokes have no brushes, or the format has a column.
     counts: tuple[int, ...] | None = None
     is_strokes: bool = False  # whether the rows are strokes
     antialiased: bool = False  # whether they were trained with the opacity compensation of Mip-Splatting
-    # [N] of strokes in a format that sorts rows, the place that each row had: colours are broken by the
-    # number of a stroke. None where they lie in order, or are more than 65,536.
+    # [N] original row number of each stroke, in a format that sorts rows: broken colour depends on the number
+    # of a stroke. None if the order is unchanged, or there are more than 65,536 rows.
     order: NDArray[np.int64] | None = None
 
     def sorted_by(self, rows: Gaussians, order: NDArray[np.int64] | None) -> "Stored":
-        """The same for a format without a column of brushes, whose `rows` are in the order of their brushes.
+        """The notes for a format without a column of brushes, with `counts` and `order` set.
 
-        `order`, [N], is which row of those given each is; None if they lie in order.
+        `rows` are sorted by brush; `order` [N] is the original number of each row, None if unchanged.
         """
         counts = None if rows.brushes is None else tuple(np.bincount(rows.brushes).tolist())
         kept = order if self.is_strokes and len(rows) <= _MOST_ORDERED else None
         return self._replace(counts=counts, order=kept)
 
     def rows_of_brushes(self, num_rows: int) -> NDArray[np.uint8] | None:
-        """[num_rows] the brush of each row, from `counts`; None if there are none, or they do not add up."""
+        """[num_rows] brush of each row, from `counts`; None if there are none, or their sum is wrong."""
         if self.counts is None or sum(self.counts) != num_rows:
             return None
         return np.repeat(np.arange(len(self.counts), dtype=np.uint8), self.counts)
 
     def in_order(self, columns: Columns) -> Columns:
-        """Columns in the order that their rows had before a format sorted them; copies."""
+        """Columns in their original row order, as copies; the same columns if no valid order is recorded."""
         order = self.order
         if order is None or not np.array_equal(np.sort(order), np.arange(len(columns.means))):
             return columns
@@ -128,13 +128,13 @@ class Stored(NamedTuple):
         return restored
 
 
-NOTHING = Stored()  # known of a scene
+NOTHING = Stored()  # no notes
 
 
 def content_of(stored: Stored) -> dict[str, Any]:
-    """The JSON object that holds what is stored; empty where there is nothing to say.
+    """The JSON object of `stored`; empty if there are no notes.
 
-    A first view of too many points is omitted. Raises ValueError if the names of the brushes are too long.
+    A first view with too many points is omitted. Raises ValueError if the names of the brushes are too long.
     """
     flags = {"strokes": stored.is_strokes, "antialiased": stored.antialiased}
     content: dict[str, Any] = {name: True for name, is_so in flags.items() if is_so}
@@ -165,7 +165,7 @@ def text_of(content: dict[str, Any]) -> str:
 
 
 def parse_text(text: str) -> Stored:
-    """What the text of a JSON object records. Raises ValueError if it is damaged."""
+    """Parse the text of a JSON object. Raises ValueError if it is damaged."""
     if not text:
         return Stored()
     try:
@@ -176,7 +176,7 @@ def parse_text(text: str) -> Stored:
 
 
 def parse_content(content: object) -> Stored:
-    """What a JSON object records. Raises ValueError if it is damaged."""
+    """Parse a JSON object. Raises ValueError if it is damaged."""
     try:
         return _stored(msgspec.convert(content, _Content))
     except msgspec.ValidationError as error:
@@ -205,9 +205,9 @@ def _stored(content: _Content) -> Stored:
 
 
 def read_stored(path: Path, read: Callable[[], Stored]) -> Stored:
-    """What a file records, by `parse_content` or `parse_text` of what it holds.
+    """The notes of a file; `read` calls `parse_content` or `parse_text`.
 
-    Where that is damaged a SceneWarning says so, and it is as if there were nothing.
+    If they are damaged, a SceneWarning says so and the notes are empty.
     """
     try:
         return read()
@@ -260,6 +260,6 @@ def _points(data: bytes) -> F64:
 
 
 def _finite(values: F64) -> F64:
-    if not (np.abs(values) <= np.finfo(np.float32).max).all():  # as the means of a scene
+    if not (np.abs(values) <= np.finfo(np.float32).max).all():  # same limit as the means of a scene
         raise ValueError("coordinates must be finite and fit float32")
     return values

@@ -1,9 +1,9 @@
 """Gaussians in USD stages: prims of the type ParticleField3DGaussianSplat, of USD 26.03 and newer.
 
-Scales and opacities are linear, of float32 or of float16. Every prim is placed by its xform; of what changes
-in time the first moment is read. What is written is one prim, all numbers as float32. Its stage has +y up,
-and scenes do not: where the first view of a scene is known, the prim turns it upright, as the node of a .glb
-does. Rows keep their order, but for strokes with brushes, which are sorted by these. Source: OpenUSD, UsdVol.
+Scales and opacities are linear, as float32 or float16. Each prim is placed by its xform; animated values are
+read at their first sample time. Written stages have one prim, all numbers as float32. Up is +y in the stage,
+but any axis in scenes: if the first view of a scene is known, the prim rotates it upright, as the node of a
+.glb does. Rows keep their order, but strokes with brushes are sorted by brush. Source: OpenUSD, UsdVol.
 """
 
 import json
@@ -29,14 +29,14 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import normalized
 
 _ENCODING = Encoding("linear", "linear", "xyzw", "sh")
-# Numbers may have two bytes, and USD packs those that repeat.
+# Bytes in memory per byte of a file: numbers may have 2 bytes, and USD compresses repeated ones.
 _MAX_GROWTH = 20
 
 
 def open_scene(path: Path) -> SceneFile:
     """Read the splats of a stage.
 
-    Raises SceneError if the package usd-core is missing, or the stage is damaged or holds no splats.
+    Raises SceneError if the package usd-core is missing, the stage is damaged, or it holds no splats.
     """
     with reading(path, "splats") as answer:
         parts = [_open_part(path, answer, index) for index in range(len(answer.header["parts"]))]
@@ -80,25 +80,25 @@ def _open_part(path: Path, answer: Answer, index: int) -> Part:
 
 
 def _parsed(notes: str | None) -> object:
-    """The object in the text of a prim of ours; None where there is none."""
+    """The JSON object in the notes of a prim; None if there is none, or it is too long or no JSON."""
     try:
         return None if notes is None or len(notes) > MAX_TEXT else parse_json(notes)
     except (json.JSONDecodeError, RecursionError):
         return None
 
 
-# Bytes that a number takes at most, where not four: text, and an archive with its member. OpenUSD raises an
-# error of its own where the disk is full.
+# Most bytes per number if not 4: .usda is text, .usdz needs room for the archive and its member. Free space
+# is checked before, because OpenUSD raises an error of its own if the disk is full.
 _BYTES = {".usda": 16, ".usdz": 8}
-_ROOM = 1 << 16  # of notes and the rest
-_REACH = 3  # standard deviations that the extent of the prim includes
+_ROOM = 1 << 16  # bytes for notes and the rest
+_REACH = 3  # standard deviations included in the extent of the prim
 
 
 @in_order(brush_order)
 def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
-    """Write one prim of splats, with unit rotations, and what is recorded as its `customData`.
+    """Write one prim of splats, with unit rotations; notes go to its `customData`.
 
-    The suffix decides between text (.usda), binary and an archive (.usdz).
+    The suffix decides between text (.usda), an archive (.usdz) and binary.
 
     Raises:
         ValueError: if the names of brushes are too long.
@@ -116,12 +116,12 @@ def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
 
 
 def _stage(rows: Gaussians, stored: Stored) -> Any:
-    """The whole stage in memory."""
+    """Build the stage in memory."""
     from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
-    UsdGeom.SetStageMetersPerUnit(stage, 1.0)  # unknown: trained scenes have a scale of their own
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)  # unknown: trained scenes have an arbitrary scale
     prim = stage.DefinePrim(f"/{SCENE_NODE}", "ParticleField3DGaussianSplat")
     stage.SetDefaultPrim(prim)
     notes = notes_of(stored)
@@ -150,7 +150,7 @@ def _stage(rows: Gaussians, stored: Stored) -> Any:
 
 
 def _pack(stage: Any, path: Path) -> None:
-    """Write a stage as the only file of an archive."""
+    """Write a stage as the only member of an archive."""
     from pxr import Sdf
 
     with TemporaryDirectory(dir=path.parent, prefix=".unfinished-") as folder:

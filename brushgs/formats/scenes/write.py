@@ -1,8 +1,7 @@
-"""Gaussians become a scene file; its suffix decides the format. What the writers share stands here too.
+"""Write Gaussians to a scene file, whose suffix decides the format; and functions shared by the writers.
 
-Most formats store whole numbers of a few bits, with finite values in place of infinite logs and logits; in
-files that are packed, rows stand in an order in which neighbours in space are beside each other. A file that
-was written can be read back, to say how far it is from what was written to it.
+Most formats store integers of a few bits, with finite values for infinite logs and logits; compressed files
+sort rows so that neighbours in space are adjacent. A written file can be read back to measure its errors.
 """
 
 from collections.abc import Callable, Sequence
@@ -27,24 +26,24 @@ from brushgs.values.sh import C0
 
 
 def rounded(values: NDArray[Any], largest: int) -> NDArray[np.int64]:
-    """The nearest whole numbers of 0 to `largest`; what lies beyond is clipped, halves go up."""
+    """Round to integers, halves up, and clip to 0 to `largest`."""
     return np.asarray(np.floor(np.clip(values, 0, largest) + 0.5)).astype(np.int64)
 
 
 def fractions_of(values: NDArray[Any], low: NDArray[Any], high: NDArray[Any]) -> NDArray[np.float64]:
-    """Where values lie between `low` (0) and `high` (1), in float64; 0 where these are equal."""
+    """Fractions of values between `low` (0) and `high` (1), in float64; 0 where both are equal."""
     extent = high.astype(np.float64) - low
     above = values - low.astype(np.float64)
     return np.asarray(np.divide(above, extent, out=np.zeros(above.shape), where=extent > 0))
 
 
-_BITS = 21  # of each axis: three of them fill 63 bits
+_BITS = 21  # per axis: three axes fill 63 bits
 
 
 def spatial_order(gaussians: Gaussians) -> NDArray[np.int64]:
-    """[N] rows along a Morton curve; where strokes have brushes, those of each brush by themselves.
+    """[N] row numbers along a Morton curve; strokes with brushes are sorted by brush first.
 
-    Far centres make no room for the others: places count in the logarithm of the distance from the middle.
+    Coordinates are logarithmic in the distance from the middle, so that far centres do not use up the bits.
     """
     means = gaussians.means.astype(np.float64)
     middle, spread = np.median(means, axis=0), np.ptp(np.percentile(means, (5, 95), axis=0), axis=0).max()
@@ -58,7 +57,7 @@ def spatial_order(gaussians: Gaussians) -> NDArray[np.int64]:
 
 
 def brush_order(gaussians: Gaussians) -> NDArray[np.int64] | None:
-    """[N] rows in the order of their brushes, else as they are; None if that is their order."""
+    """[N] row numbers sorted by brush, stable; None if there are no brushes."""
     return None if gaussians.brushes is None else np.argsort(gaussians.brushes, kind="stable")
 
 
@@ -68,9 +67,10 @@ _Order = NDArray[np.int64] | None
 def in_order(
     order_of: Callable[[Gaussians], _Order],
 ) -> Callable[[Callable[[Gaussians, str | Path, Stored], None]], Callable[..., _Order]]:
-    """Let a writer have rows as its format sorts them, and what is known of them with that order.
+    """Decorate a writer so that it gets the rows sorted by `order_of`, and notes with that order.
 
-    The writer then returns the rows in the order of the file; None where that is theirs, or recorded.
+    The decorated writer returns the row numbers in the order of the file; None if the order is unchanged, or
+    recorded in the file.
     """
 
     def decorate(write: Callable[[Gaussians, str | Path, Stored], None]) -> Callable[..., _Order]:
@@ -87,57 +87,57 @@ def in_order(
     return decorate
 
 
-# exp(-104) is 0 in float32 and 1 / (1 + exp(-+104)) is 1 or 0: finite values in place of infinite logs.
+# Replaces infinite logs and logits: in float32, exp(-104) is 0 and 1 / (1 + exp(-+104)) is 1 or 0.
 _INFINITE_LOG = 104.0
-_LARGEST_LOG = 88.722  # just below the log of the largest float32, so that exp of it is finite
+_LARGEST_LOG = 88.722  # just below the log of the largest float32, so that its exp is finite
 
 
 def logs_of(values: Array) -> NDArray[np.float64]:
-    """Natural logarithms of values >= 0."""
+    """Natural logarithms of values >= 0, clipped to finite values."""
     with np.errstate(divide="ignore"):
         return np.asarray(np.clip(np.log(values, dtype=np.float64), -_INFINITE_LOG, _LARGEST_LOG))
 
 
 def logits_of(values: Array) -> NDArray[np.float64]:
-    """log(p / (1 - p)) of values of 0 to 1."""
+    """log(p / (1 - p)) of values 0 to 1, clipped to finite values."""
     wide = values.astype(np.float64)
     with np.errstate(divide="ignore"):
         return np.asarray(np.clip(np.log(wide) - np.log1p(-wide), -_INFINITE_LOG, _INFINITE_LOG))
 
 
 def finite_scales(scales: Array) -> NDArray[np.float32]:
-    """Scales as float32 whose logarithms are finite, or zero: for formats that store them as they are."""
+    """Scales as float32, clipped so that their logarithms are finite, for formats with linear scales."""
     return np.minimum(scales, np.exp(_LARGEST_LOG)).astype(np.float32)
 
 
 def smallest_three(quats: Array) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """[n] which component of unit quaternions is largest, and the others [n, 3], turned so that it is > 0."""
+    """[n] index of the largest component of each quaternion, and the others [n, 3], signed to make it > 0."""
     units = normalized(quats)
     largest = np.abs(units).argmax(axis=1)
     units *= np.where(np.take_along_axis(units, largest[:, None], 1) < 0, -1, 1)
     return largest, units[np.arange(4) != largest[:, None]].reshape(-1, 3)
 
 
-_MIDDLE = 1, 99  # per cent of the centres: few far ones do not make a scene large
-_FLAT = 1e-6  # of the extent: smaller standard deviations are no lengths, and all are alike
-_SMALLEST = 1e-37  # the same where there is no extent, world units
-_VISIBLE = 0.5 / 255  # opacity: less is 0 in most formats, and its colour and shape are not seen
+_MIDDLE = 1, 99  # percentiles of the centres, so that a few far ones do not enlarge the extent
+_FLAT = 1e-6  # standard deviations below this share of the extent are treated as equal
+_SMALLEST = 1e-37  # the same limit if the extent is 0, world units
+_VISIBLE = 0.5 / 255  # smaller opacities round to 0 in most formats, so colour and shape are not seen
 
 
 @dataclass(frozen=True)
 class Losses:
-    """Differences between Gaussians and their file. Pairs are the median and the largest."""
+    """Errors of a written file; each pair is the median and the largest error."""
 
     extent: float  # diagonal of the box of 98 % of the centres along each axis, world units
     means: tuple[float, float]  # distance between centres, world units
-    scales: tuple[float, float]  # the larger of two standard deviations above the smaller, relative to this
+    scales: tuple[float, float]  # ratio of the larger standard deviation to the smaller, minus 1
     quats: tuple[float, float]  # angle between rotations, degrees
     opacities: tuple[float, float]  # difference, 0 to 1
-    colors: tuple[float, float]  # of the channels of degree 0, levels of 255
+    colors: tuple[float, float]  # difference of the channels of degree 0, levels of 255
     harmonics: tuple[float, float]  # of higher degrees, root mean square over directions, levels of 255
 
     def counts(self) -> dict[str, float]:
-        """For a report: "means_error" (median), "means_error_most" and so on."""
+        """Values for a report: "extent", "means_error" (median), "means_error_most" and so on."""
         pairs = {name: value for name, value in asdict(self).items() if name != "extent"}
         found = {"extent": self.extent}
         for name, (median, most) in pairs.items():
@@ -145,7 +145,7 @@ class Losses:
         return {name: float(f"{value:.4g}") for name, value in found.items()}
 
     def words(self) -> list[str]:
-        """For a person: a line for each kind of number, the median and the largest error."""
+        """Lines of text with the median and the largest error of each kind of number."""
         share = [f"{value / self.extent:.1e}" if self.extent else "0" for value in self.means]
         lines = [
             f"centres are off by {_pair(self.means)} units, {share[0]} (at most {share[1]}) of the extent",
@@ -160,9 +160,10 @@ class Losses:
 
 
 def measure_losses(given: Gaussians, path: str | Path, order: NDArray[np.integer] | None = None) -> Losses:
-    """Read a file and compare it with what was given, whose rows it has in an order; None if it is theirs.
+    """Read a file and compare it with the Gaussians that were written.
 
-    Raises SceneError if the file cannot be read.
+    `order` is the row numbers in the order of the file, None if unchanged. Raises SceneError if the file
+    cannot be read.
     """
     found = read_scene(Path(path))[0]
     given = given if order is None else given.take(order)
@@ -187,7 +188,7 @@ def measure_losses(given: Gaussians, path: str | Path, order: NDArray[np.integer
 
 
 def _harmonics(given: Gaussians, found: Gaussians) -> NDArray[np.float64]:
-    """[N] the basis is orthonormal on the sphere, so its coefficients add up squared."""
+    """[N] root-mean-square error over directions, from squared coefficients, as the basis is orthonormal."""
     rest = np.zeros((len(given), max(given.sh.shape[1], found.sh.shape[1]), 3))
     rest[:, : found.sh.shape[1]] += found.sh
     rest[:, : given.sh.shape[1]] -= given.sh
@@ -195,7 +196,7 @@ def _harmonics(given: Gaussians, found: Gaussians) -> NDArray[np.float64]:
 
 
 def _ends(errors: NDArray[np.float64]) -> tuple[float, float]:
-    """Median and largest; 0 of none."""
+    """Median and largest error; 0 if there are none."""
     return (float(np.median(errors)), float(errors.max())) if errors.size else (0.0, 0.0)
 
 
@@ -218,18 +219,17 @@ def write_scene(
     Args:
         gaussians: N >= 1 Gaussians.
         path: the suffix decides the format, see `SCENE_SUFFIXES`.
-        is_strokes: whether the file records that its Gaussians are strokes: painting keeps all of them by
-            default.
-        scene: name of the scene that they were made of, which the file records.
-        first_view: of that scene, which the file records: it is seen by the same cameras as the scene.
-        brushes: names or paths of the brushes that `gaussians.brushes` are rows of, which the file records.
-        measures: whether to read the file back and measure its errors, where its format rounds numbers.
+        is_strokes: whether to record that the Gaussians are strokes: painting keeps all of them by default.
+        scene: name of the scene that the strokes were made of, to record.
+        first_view: first view of that scene, to record, so that strokes are seen by the same cameras.
+        brushes: names or paths of the brushes, to record; `gaussians.brushes` are indices into them.
+        measures: whether to read the file back and measure its errors, if its format rounds numbers.
 
     Returns:
-        What rounding changed, if that was measured.
+        The errors of rounding if they were measured, else None.
 
     Raises:
-        ValueError: if the suffix is of no format, there are no Gaussians, or a value does not fit the format.
+        ValueError: if no format has the suffix, there are no Gaussians, or a value does not fit the format.
         SceneError: if the file cannot be written.
     """
     scene_format = find_written("scene", path)
@@ -247,7 +247,7 @@ def write_scene(
 
 
 def _check(gaussians: Gaussians, brushes: Sequence[str]) -> None:
-    """Refuse what no format holds."""
+    """Raise ValueError for Gaussians that no format can hold."""
     if not len(gaussians):
         rule = "gaussians must have at least one row, got 0"
         raise ValueError(f"save: {rule}; an empty scene cannot be read back")

@@ -1,8 +1,8 @@
-"""USD files, through the package usd-core: a process of its own reads them.
+"""Read USD files with the package usd-core, in a separate process.
 
-The libraries of USD crash on some damaged files, and know no bounds of time and memory. So another process
-opens the stage and writes what is needed of it as plain arrays, see `child`; its crash, hunger or endless
-work becomes a sentence.
+The USD libraries crash on some damaged files, and have no limits of time and memory. So a child process opens
+the stage and writes the required data as plain arrays, see `child`; if it crashes, or exceeds its time or
+memory, a SceneError is raised.
 """
 
 import os
@@ -24,27 +24,27 @@ from brushgs.formats.files import open_plain
 
 
 class RefusedError(ValueError):
-    """A file cannot be used; the text is a clause that follows its name, with the cure."""
+    """A file cannot be used; the text is the message after its name, with the cure."""
 
 
 PACKAGE = "pxr"  # of usd-core
 INSTALL = "pip install 'brushgs[usd]'"
-_MIN_SECONDS, _BYTES_A_SECOND = 60, 5_000_000  # that reading may take
-_MEMORY = 2 << 30, 24  # bytes of address space, and as many more for each byte of the file
-# Windows removes no file that is mapped, and would keep the folder: there arrays are read at once.
+_MIN_SECONDS, _BYTES_A_SECOND = 60, 5_000_000  # time limit: a minimum, and a reading speed beyond it
+_MEMORY = 2 << 30, 24  # memory limit: bytes of address space, and additional bytes per byte of the file
+# Windows cannot remove mapped files and would keep the folder, so there arrays are read into memory.
 _REMOVES_MAPPED = os.name == "posix"
 _DAMAGED = "is damaged, or no USD file; export it again"
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What was read."""
+    """The data read from a USD file."""
 
-    header: dict[str, Any]  # what the reader returned
-    folder: Path  # where the arrays lie, see `array`
+    header: dict[str, Any]  # the result of the reader in `child`
+    folder: Path  # folder of the arrays, see `array`
 
     def array(self, name: str) -> NDArray[Any]:
-        """An array that the reader saved, mapped into memory where it can be: it outlives the folder."""
+        """An array saved by the reader, memory-mapped where possible; it stays valid without the folder."""
         mode: Literal["r"] | None = "r" if _REMOVES_MAPPED else None
         return np.asarray(np.load(self.folder / f"{name}.npy", mmap_mode=mode, allow_pickle=False))
 
@@ -56,10 +56,10 @@ def is_usd_here() -> bool:
 
 @contextmanager
 def reading(path: Path, kind: str) -> Iterator[Answer]:
-    """What was read of a USD file, "cameras" or "splats"; its arrays may be opened within the block.
+    """Read the "cameras" or "splats" of a USD file; arrays must be opened within the block.
 
     Raises:
-        SceneError: if the package is missing, there is no such file, or what is needed cannot be read.
+        SceneError: if usd-core is missing, there is no such file, or it cannot be read.
     """
     with open_plain(path, "USD file") as file:
         size = file.seek(0, 2)
@@ -75,7 +75,7 @@ def _header(path: Path, kind: str, folder: Path, size: int) -> dict[str, Any]:
     from brushgs.core.processes import KilledError, ProcessPool, Ways  # no other file needs threads
 
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PXR_")}
-    # More threads than one need more address space than the bound leaves, and gain nothing here.
+    # More threads would need more address space than the limit allows, and gain nothing here.
     environment |= {"PXR_WORK_THREAD_LIMIT": "1", "MALLOC_ARENA_MAX": "2"}
     seconds = _MIN_SECONDS + size / _BYTES_A_SECOND
     bounds = _MEMORY[0] + _MEMORY[1] * size, ceil(seconds)
@@ -94,9 +94,9 @@ def _header(path: Path, kind: str, folder: Path, size: int) -> dict[str, Any]:
 
 
 def _read_file(item: tuple[str, Path, Path, tuple[int, int]]) -> dict[str, Any]:
-    """Write the arrays of a file as FOLDER/NAME.npy, in the process of its own; the header.
+    """In the child process, write the arrays of a file as FOLDER/NAME.npy and return the header.
 
-    Raises RefusedError if something is wrong with the file.
+    Raises RefusedError if the file cannot be used.
     """
     kind, path, folder, bounds = item
     _bound(*bounds)
@@ -109,16 +109,16 @@ def _read_file(item: tuple[str, Path, Path, tuple[int, int]]) -> dict[str, Any]:
         raise
     except MemoryError:
         raise RefusedError("needs too much memory; export only what is needed of it") from None
-    except Exception:  # of the library, or what it gives cannot be used
+    except Exception:  # an error of the library, or unusable results
         raise RefusedError(_DAMAGED) from None
     return header
 
 
 def _bound(memory: int, seconds: int) -> None:
-    """At most so many bytes of address space and seconds of work, and no core dump.
+    """Limit this process to `memory` bytes of address space and `seconds` + 10 of CPU time; no core dump.
 
-    Where no process can be bound (Windows), and where the system refuses a bound (macOS, or a lower one
-    holds), time alone bounds what a file may cost, for as long as the first process lives.
+    If limits are not supported (Windows) or are refused (macOS, or a lower one is set), only the timeout of
+    the parent process limits the cost, while that process lives.
     """
     try:
         import resource

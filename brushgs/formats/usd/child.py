@@ -1,17 +1,17 @@
-"""Cameras and splats of an untrusted USD stage become arrays; runs in the process that the package starts.
+"""Read cameras and splats of an untrusted USD stage as arrays; runs in the child process of the package.
 
-Layers that the file names must lie in its folder. T moments are equally far apart in time; T is 1 where a
-thing stands still.
+Layers that the file names must lie in its folder. The T sample times are equally spaced; T is 1 for still
+prims.
 
-Of cameras, the header has "seconds" (0 where nothing moves), "fps", "left_out", the names of cameras that are
-no perspective ones, and "cameras", a list of {"name"}. Camera i has the arrays matrices_i [T, 4, 4], world
-from camera, and lens_i [T, 7], see `LENS`. "scene" says whether there is a painted scene, with its matrices
-in scene.npy.
+The header of cameras has "seconds" (0 if nothing moves), "fps", "left_out" (names of cameras without
+perspective), and "cameras", a list of {"name"}. Camera i has the arrays matrices_i [T, 4, 4], world from
+camera, and lens_i [T, 7], see `LENS`. "scene" tells whether there is a painted scene; its matrices are in
+scene.npy.
 
-Of splats, the header has "up" ("Y", "Z", or null where the stage does not say) and "parts", a list of
-{"notes"}, the text of what we recorded or null. Part i has the arrays means_i [N, 3], quats_i [N, 4] (x, y,
-z, w), scales_i [N, 3], opacities_i [N], sh_i [N, k, 3] and matrix_i [4, 4], world from splats; all but the
-last as stored, of float32 or float16. Source: OpenUSD, UsdVolParticleField3DGaussianSplat.
+The header of splats has "up" ("Y", "Z", or null if the stage does not state it) and "parts", a list of
+{"notes"}, the text of our notes or null. Part i has the arrays means_i [N, 3], quats_i [N, 4] (x, y, z, w),
+scales_i [N, 3], opacities_i [N], sh_i [N, k, 3] and matrix_i [4, 4], world from splats; all but the last as
+stored, float32 or float16. Source: OpenUSD, UsdVolParticleField3DGaussianSplat.
 """
 
 from collections.abc import Iterator
@@ -31,9 +31,9 @@ _MAX_PRIMS = 1_000_000
 
 
 def open_stage(path: Path) -> Any:
-    """The stage of a file.
+    """Open the stage of a file.
 
-    Raises RefusedError if it names files outside its folder, or very many; Tf.ErrorException if damaged.
+    Raises RefusedError if it names files outside its folder, or too many; Tf.ErrorException if damaged.
     """
     layer = Sdf.Layer.FindOrOpen(str(path.resolve()))
     if layer is None:
@@ -58,7 +58,7 @@ def open_stage(path: Path) -> Any:
 
 
 def prims(stage: Any) -> Iterator[Any]:
-    """The prims of a stage, parents first. Raises RefusedError if there are very many."""
+    """Yield the prims of a stage, parents first. Raises RefusedError if there are too many."""
     for number, prim in enumerate(stage.Traverse()):
         if number == _MAX_PRIMS:
             raise RefusedError(f"must hold at most {_MAX_PRIMS:,} prims; export only what is needed of it")
@@ -66,12 +66,12 @@ def prims(stage: Any) -> Iterator[Any]:
 
 
 _APERTURE = "horizontalAperture", "verticalAperture", "horizontalApertureOffset", "verticalApertureOffset"
-LENS = ("focalLength", *_APERTURE)  # and both ends of clippingRange
-# Blender takes scenes in as glTF only, and turns the axes within each object: +y up becomes +z up. What it
-# exports as glTF is turned back, what it exports as USD is not.
+LENS = ("focalLength", *_APERTURE)  # columns of a lens, followed by both ends of clippingRange
+# Blender imports scenes as glTF only, and rotates the axes within each object from +y up to +z up. Its glTF
+# export rotates them back, its USD export does not.
 _BLENDER_FROM_GLTF = np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]], np.float64)
 _MAX_CAMERAS = 10_000
-_MAX_SAMPLES = 200_000  # of all cameras that move
+_MAX_SAMPLES = 200_000  # samples of all moving cameras
 
 
 def read_cameras(path: Path, folder: Path) -> dict[str, Any]:
@@ -110,7 +110,7 @@ def read_cameras(path: Path, folder: Path) -> dict[str, Any]:
 
 
 def _find(stage: Any) -> tuple[list[Any], list[Any], list[Any]]:
-    """Perspective cameras of a stage, its other cameras, and the painted scene, at most one."""
+    """The perspective cameras of a stage, its other cameras, and the painted scene (at most one)."""
     found, left_out, scenes = list[Any](), list[Any](), list[Any]()
     for prim in prims(stage):
         if prim.IsA(UsdGeom.Camera):
@@ -122,7 +122,7 @@ def _find(stage: Any) -> tuple[list[Any], list[Any], list[Any]]:
 
 
 def _chain(prim: Any) -> list[Any]:
-    """A prim and those above it that place it."""
+    """The transformable prims from a prim up to the root."""
     chain = []
     while prim and not prim.IsPseudoRoot():
         if prim.IsA(UsdGeom.Xformable):
@@ -136,13 +136,13 @@ def _lens_attributes(prim: Any) -> list[Any]:
 
 
 def _may_move(prim: Any) -> bool:
-    """Whether a prim or its lens has more than one sample in time."""
+    """Whether a prim, one above it, or its lens may have more than one time sample."""
     moves = any(some.TransformMightBeTimeVarying() for some in _chain(prim))
     return moves or any(some.ValueMightBeTimeVarying() for some in _lens_attributes(prim))
 
 
 def _span(stage: Any, found: list[Any]) -> tuple[float, float]:
-    """Start and end in time codes: those of the stage, else from the first sample to the last."""
+    """Start and end in time codes: those of the stage, else the first and the last sample."""
     if stage.HasAuthoredTimeCodeRange() and stage.GetEndTimeCode() > stage.GetStartTimeCode():
         span = stage.GetStartTimeCode(), stage.GetEndTimeCode()
     else:
@@ -159,14 +159,14 @@ def _span(stage: Any, found: list[Any]) -> tuple[float, float]:
 
 
 def _matrices(prim: Any, times: F64) -> F64:
-    """[T, 4, 4] world from prim, on column vectors; USD has rows."""
+    """[T, 4, 4] world from prim, for column vectors; USD uses row vectors."""
     xform = UsdGeom.Xformable(prim)
     found = [np.array(xform.ComputeLocalToWorldTransform(Usd.TimeCode(float(time)))) for time in times]
     return np.array(found, np.float64).transpose(0, 2, 1)
 
 
 def _lens(prim: Any, times: F64) -> F64:
-    """[T, 7]."""
+    """[T, 7] lens of a camera, see `LENS`."""
     rows = []
     for time in times:
         *lens, clip = (some.Get(Usd.TimeCode(float(time))) for some in _lens_attributes(prim))
@@ -178,7 +178,7 @@ TYPE = "ParticleField3DGaussianSplat"
 NOTES = "brushgs"
 _MAX_PARTS = 1000
 _MAX_DEGREE, _USED_DEGREE = 10, 3
-_FIRST = Usd.TimeCode.EarliestTime()  # of what changes in time
+_FIRST = Usd.TimeCode.EarliestTime()  # time at which animated values are read
 
 
 def read_splats(path: Path, folder: Path) -> dict[str, Any]:
@@ -204,18 +204,18 @@ def _is_visible(prim: Any) -> bool:
 
 
 def _arrays(prim: Any) -> dict[str, NDArray[Any]] | None:
-    """The columns of one prim; None where it has no particles."""
+    """The columns of one prim; None if it has no particles."""
     means = _column(prim, "positions", (3,), None)
     if means is None or not len(means):
         return None
     count = len(means)
     degree = prim.GetAttribute("radiance:sphericalHarmonicsDegree").Get(_FIRST)
-    degree = 3 if degree is None else degree  # of the schema
+    degree = 3 if degree is None else degree  # the default of the schema
     if not isinstance(degree, int) or not 0 <= degree <= _MAX_DEGREE:
         raise RefusedError(f"must have a sphericalHarmonicsDegree of 0 to {_MAX_DEGREE}, got {degree!r}")
     terms = (degree + 1) ** 2
     sh = _column(prim, "radiance:sphericalHarmonicsCoefficients", (3,), None)
-    if sh is None or len(sh) < count * terms:  # then it is grey, by the schema
+    if sh is None or len(sh) < count * terms:  # the schema defines grey in this case
         sh = np.zeros((count, 1, 3), np.float32)
     else:
         sh = sh[: count * terms].reshape(count, terms, 3)[:, : (_USED_DEGREE + 1) ** 2]
@@ -231,16 +231,16 @@ def _arrays(prim: Any) -> dict[str, NDArray[Any]] | None:
 
 
 def _full(prim: Any, name: str, count: int, default: tuple[float, ...]) -> NDArray[Any]:
-    """A column of as many rows as there are particles; the default of the schema where there is none."""
+    """A column of `count` rows; the default of the schema if the attribute is missing."""
     shape = (len(default),) if default else ()
     found = _column(prim, name, shape, count)
     return np.full((count, *shape), default or 1, np.float32) if found is None else found
 
 
 def _column(prim: Any, name: str, shape: tuple[int, ...], count: int | None) -> NDArray[Any] | None:
-    """An attribute, or its half-float twin where it has no value; None where neither has one.
+    """An attribute, or its half-float variant if it has no value; None if neither has one.
 
-    Rows beyond `count` are left out. Raises RefusedError where there are fewer, or they are of another shape.
+    Rows beyond `count` are dropped. Raises RefusedError if there are fewer, or the shape or type is wrong.
     """
     for full_name in (name, f"{name}h"):
         attribute = prim.GetAttribute(full_name)
