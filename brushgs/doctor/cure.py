@@ -12,10 +12,10 @@ from brushgs.values.quats import normalized
 def cure(examination: Examination) -> Gaussians:
     """Apply the cures of all findings.
 
-    All other numbers stay bit for bit, in the order of the file.
+    All other numbers keep their exact values, in the order of the file.
 
     Args:
-        examination: of a file.
+        examination: the examination of a file.
 
     Returns:
         At least one Gaussian: no finding drops all of the scene.

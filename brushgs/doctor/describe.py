@@ -33,14 +33,14 @@ def describe(path: SceneFiles, where: WhereConfig | None = None, *, words: bool 
     """Figures of a scene, as printed by `brushgs info`.
 
     Args:
-        path: its files.
+        path: the files of the scene.
         where: a part to describe too, see `describe_part`.
         words: whether to describe it in words, see `in_words`.
 
     Returns:
         Name -> number, text or list of numbers, ready for JSON. Percentiles are 1, 50 and 99; the size is the
-        standard deviation along the longest axis, the aspect the longest over the middle one, digits are
-        those of `position_digits`. For a moving scene they describe one moment, with further entries:
+        standard deviation along the longest axis, the aspect is the longest over the middle one, and digits
+        are from `position_digits`. For a moving scene the figures describe one moment, with further entries:
         duration in seconds, number of stored moments ("any" for a formula), their rate if each is a file,
         whether rows correspond, and the share of Gaussians that do not move.
 
@@ -122,7 +122,7 @@ def _motion_of(source: SceneSource) -> dict[str, Any]:
 
 
 def _size_of(source: SceneSource) -> int:
-    """Total bytes of its files; of a folder those directly in it."""
+    """Total bytes of the files; for a folder, of the files directly in it."""
     return sum(file.stat().st_size for file in source.files() if file.is_file())
 
 

@@ -22,9 +22,9 @@ _AddFinding = Callable[..., None]  # (name of the finding, sentence, **facts)
 FEWEST_ROWS = 10  # with fewer no decision is possible
 ALMOST_ALL = 0.999  # share of rows; the rest may be damaged
 SAMPLE = 20_000  # rows of the costly checks
-# Share of logits within 0 to 1: at most 0.24. Of rows with all three f_dc there: at most 0.19. Least
-# difference between percentiles 1 and 99 of a column: equal values decide nothing. Integer logits of 0 to 20
-# are opacities of 0.5 to 1 - 2e-9; none spread wider.
+# Real scenes have at most 0.24 of their logits in 0 to 1, and at most 0.19 of their rows with all three f_dc
+# there. These are the least differences between percentiles 1 and 99 of a column, since equal values decide
+# nothing. Integer logits of 0 to 20 are opacities of 0.5 to 1 - 2e-9; none spread wider.
 SPREAD_OPACITY, SPREAD_COLOR, SPREAD_BYTES = 0.02, 0.25, 20.0
 BLINDING = 16.0  # largest f_dc of a real scene: 12.6
 # Median log of the longest axis over the distance to the nearest neighbour: -1.3 to 1.6.
@@ -35,8 +35,8 @@ LEAST_EVIDENCE = 0.25
 TINY = 1e-30  # replaces linear scales of 0 before taking logarithms
 FLAT, PLANAR = 2.0, 0.7  # middle over shortest axis; 1 - smallest over middle variance of the neighbours
 FEWEST_FLAT = 100
-# Mean |cosine| of shortest axis and surface normal, wxyz minus xyzw: 0.08 to 0.41 (10 to 40 standard errors),
-# and the negative of that where the order is xyzw.
+# Mean |cosine| of shortest axis and surface normal, wxyz minus xyzw: 0.08 to 0.41 (10 to 40 standard errors);
+# negative if the order is xyzw.
 LEAST_ALIGNMENT, LEAST_ERRORS = 0.03, 6.0
 # Mean |cosine| in the right order: 0.62 to 0.97. For random axes it is 0.5, up to 0.63 if one quaternion
 # component is constant.
@@ -150,7 +150,7 @@ def _usable_rows(columns: Columns) -> NDArray[np.int64]:
 
 
 def _detect_scales(scales: Array, distances: Array, encoding: Encoding, add_finding: _AddFinding) -> Encoding:
-    if distances.shape[1] < 2:  # all at one place
+    if distances.shape[1] < 2:  # all Gaussians are at one place
         return encoding
     evidence = linear_evidence(scales, distances[:, 1])
     if evidence <= LEAST_EVIDENCE:

@@ -1,4 +1,4 @@
-"""A scene file -> findings, and the correctly decoded scene."""
+"""Examine a scene file: findings, and the correctly decoded scene."""
 
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -30,9 +30,9 @@ class Examination:
 
     Attributes:
         source: the files.
-        notes: what they hold beside Gaussians.
+        notes: notes on the files.
         num_rows: rows in the files.
-        encoding: of the numbers.
+        encoding: encoding of the numbers.
         gaussians: N <= num_rows decoded Gaussians: only rows that cannot be drawn are dropped.
         findings: faults first, then odd things, then notes.
     """
@@ -152,7 +152,7 @@ def _check_places(gaussians: Gaussians, copies: list[Finding], clean: Clean, tot
 
 
 def _check_floaters(gaussians: Gaussians, rest: Mask, clean: Clean, total: int) -> list[Finding]:
-    """Floaters."""
+    """Findings about floaters among the rows in `rest`."""
     candidates = np.flatnonzero(rest)
     found = find_floaters(gaussians.take(candidates))
     if not found.has_bodies:

@@ -15,8 +15,8 @@ def in_words(gaussians: Gaussians, notes: "LoadNotes") -> list[dict[str, Any]]:
     """Words that fit a scene, or strokes, as printed by `brushgs info --words`.
 
     Args:
-        gaussians: of a file.
-        notes: what the file holds beside them.
+        gaussians: the Gaussians of a file.
+        notes: notes on the file.
 
     Returns:
         Best first, see `facts_of`; empty if nothing is visible.

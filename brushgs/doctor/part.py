@@ -17,14 +17,14 @@ def describe_part(gaussians: Gaussians, notes: "LoadNotes", config: WhereConfig)
     """Figures of a part of a scene, as added by `brushgs info --where`.
 
     Args:
-        gaussians: of a file.
-        notes: what the file holds beside them.
+        gaussians: the Gaussians of a file.
+        notes: notes on the file.
         config: the part.
 
     Returns:
-        Name -> number, text or list of numbers, ready for JSON: number of Gaussians with a weight above 0 in
-        the part; their share, and that of the sum of opacities, by weight; and the corners of the box around
-        their centres, if there are any.
+        Name -> number, text or list of numbers, ready for JSON: the number of Gaussians with a weight above 0
+        in the part; the weighted share of Gaussians and of the sum of opacities; and the corners of the box
+        around their centres, if there are any.
 
     Raises:
         ValueError: if a term lacks its cameras or model.

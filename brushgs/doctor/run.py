@@ -1,4 +1,4 @@
-"""`brushgs doctor`: a scene file -> findings, and optionally a cured scene file."""
+"""`brushgs doctor`: examine a scene file, and optionally write a cured one."""
 
 import json
 import sys
@@ -17,7 +17,7 @@ from brushgs.pipeline.strokes import name_of, write_scene
 from brushgs.pipeline.views import default_first_view
 from brushgs.version import __version__
 
-SCHEMA = 1  # of the JSON; grows when a field changes its meaning
+SCHEMA = 1  # version of the JSON; increases when a field changes its meaning
 
 
 @dataclass
@@ -98,7 +98,7 @@ def run_doctor(
             report,
             is_strokes=examination.notes.is_strokes,
             scene=name_of(scene, examination.notes),
-            first_view=view,  # of the uncured scene, so that pictures of both line up
+            first_view=view,  # view of the uncured scene, so that pictures of both line up
             brushes=examination.notes.brushes,
         )
     return report

@@ -19,14 +19,14 @@ FAR = 50.0
 SKY = 0.05
 # Longest axis over the radius that holds 98 %: at most 0.31 (chair). At 1 a box is wider than the scene.
 FILLING = 1.0
-# Longest over middle axis, and longest over that radius. No Gaussian of the ten has both: the chair's 199 of
-# an aspect above 100 and a length above 0.05 end at 0.1.
+# Longest over middle axis, and longest axis over that radius. No Gaussian of the ten scenes exceeds both: 199
+# of the chair have an aspect above 100 and a length above 0.05, but none is longer than 0.1.
 NEEDLE_ASPECT, NEEDLE_LENGTH = 100.0, 0.1
-# Means weighted by painted area. Real scenes: luminance 0.19 (biker) and more; 99th percentile of the
-# opacities 0.83 and more, but for a firework made by a script, 0.22.
+# Mean luminance weighted by painted area. Real scenes: 0.19 (biker) and more. The 99th percentile of their
+# opacities is 0.83 and more, except 0.22 for a firework made by a script.
 DARK = 0.03
-# A base colour component; the share of rows, and of the painted area, above it. Real scenes: 0.05 % of the
-# rows and 0.01 % of the area (campsite) and less; but for the sunflowers, whose glare, 9 % of the rows, is
+# A base colour component; the share of rows, and of the painted area, above it. Real scenes: at most 0.05 %
+# of the rows and 0.01 % of the area (campsite), except the sunflowers, whose glare is 9 % of the rows and
 # 0.2 % of the area.
 BRIGHT, BRIGHT_ROWS, BRIGHT_AREA = 2.0, 0.01, 0.01
 MOST = 0.5  # largest share of rows to drop

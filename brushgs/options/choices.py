@@ -13,9 +13,9 @@ Method = Literal["auto", "lloyd", "minibatch"]
 StrokesFor = Literal["scene", "view"]  # strokes of the whole scene, or of its visible part
 Filter = Literal["mip", "bilinear", "nearest"]
 Extent = Literal["fitted", "paper"]
-StrokeColor = Literal["own", "scene", "mix"]  # whose colour paint has
-ViewLock = Literal["anchor", "off"]  # of a single view
-Lock = Literal["track", "anchor", "canonical", "off"]  # of a single view or a path
+StrokeColor = Literal["own", "scene", "mix"]  # source of the colour of paint
+ViewLock = Literal["anchor", "off"]  # for a single view
+Lock = Literal["track", "anchor", "canonical", "off"]  # for a single view or a path
 Order = Literal["depth", "soft"]
 Blend = Literal["cover", "glaze"]
 Side = Literal[
@@ -26,7 +26,7 @@ ColorSpace = Literal["lab", "linear", "srgb"]  # for palette matching
 Knee = Literal["auto", "auto:frame"]  # automatic stroke count: cost by `Cost`, or always by frame
 Cost = Literal["frame", "painting"]  # time of one of many frames, or of a whole painting
 BenchFamily = Literal["strokes", "merge", "filter", "precision", "sh", "size", "views", "knobs"]
-# Dropped: nothing; detached floaters; those and crumbs below an object; closer floaters too.
+# Dropped: nothing; detached floaters; also crumbs below an object; also closer floaters.
 Clean = Literal["off", "floaters", "sure", "strong"]
 Params = Literal["color", "free", "all"]  # stroke parameters that refinement fits
 StyleLoss = Literal["nnfm", "gram"]  # how features are matched to a style image
@@ -35,7 +35,7 @@ Canvas = Literal["none", "linen", "paper"]  # texture under the paint
 Medium = Literal["paint", "charcoal", "ink", "hatching", "stippling", "watercolour"]  # painting medium
 StageTone = Literal["auto", "light", "dark"]  # wall of a stage
 Codec = Literal["h264", "h265", "prores", "vp9"]  # video codec
-# Of the colours in a file; see formats/pictures/exr/spaces.py.
+# Colour spaces of a file; see formats/pictures/exr/spaces.py.
 FileSpace = Literal["lin_srgb", "srgb", "acescg", "aces2065_1", "lin_rec2020", "lin_p3d65"]
 
 # Built-in looks (files in brushgs/looks), in listing order.
@@ -46,7 +46,7 @@ LOOKS = (
 DEFAULT_LOOK, PLAIN_LOOK = "oil", "plain"
 # Strokes of a backdrop: count for looks without one of their own, and the limit.
 DEFAULT_BACKDROP, MAX_BACKDROP = 2500, 20_000
-# Layers of a picture that compositing takes -> what each is, in words. `Frame.layers` says how they are held,
+# Layers of a picture for compositing -> description. `Frame.layers` documents how they are stored in memory,
 # `brushgs.formats.pictures.exr` how they are written.
 LAYERS: Mapping[str, str] = {
     "depth": "distance along the camera axis, world units: mean over strokes, weighted by visibility",
@@ -68,11 +68,12 @@ LAYER_CHANNELS: Mapping[str, str] = {
     "id": "CryptoBrush00.R ..., CryptoRegion00.R ..., CryptoLayer00.R ...",
     "unlit": "unlit.R unlit.G unlit.B unlit.A",
 }
-STYLE_SUFFIX = ".style"  # of style files
-# Frames per second of a film whose camera has no rate of its own, and moments per second of moving formats
-# without a stated rate: that of most captures. Equal, so that a film shows each moment once.
+STYLE_SUFFIX = ".style"  # suffix of style files
+# Frames per second of a film of a moving scene whose camera has no rate, and moments per second of moving
+# formats without a stated rate: the rate of most captures. They are equal so that a film shows each moment
+# once.
 CLIP_FPS = 30.0
-MOMENTS_PER_SECOND = 24.0  # of numbered files, which state no rate: that of films
+MOMENTS_PER_SECOND = 24.0  # for numbered files, which state no rate: the rate of films
 
 
 # Clustering methods -> words for help; functions: `brushgs.passes.reduce.cluster.METHODS`.
@@ -95,7 +96,7 @@ PLAIN_STROKES: Mapping[str, Any] = {
     "edges": 0.0,
     "depth_of_field": 0.0,
 }
-SCENE_LIGHT: StepValues = {"color": {"values": 0.0}, "light": {"key": 0.0}}  # colours as they were captured
+SCENE_LIGHT: StepValues = {"color": {"values": 0.0}, "light": {"key": 0.0}}  # colours as captured
 PLAIN_PAINT: Mapping[str, Any] = {"underpaint": False, "streaks": 0.0}
 # "paper" is the published method (Xiang et al. 2025) without its defects, in the plain look. "0.1" applies to
 # any look: it restores the defaults of version 0.1.
@@ -133,7 +134,7 @@ REPORT_SUFFIXES: Mapping[str, tuple[str, ...]] = {
     "refine": (".json", ".png"),
     "stability": (".json", ".png"),
     "bench": (".json", ".csv", ".png"),
-    "peers": (".json", ".png"),  # of `brushgs bench --peers`
+    "peers": (".json", ".png"),  # for `brushgs bench --peers`
 }
 
 # Colours by name: those of CSS, and "toned", a warm drawing paper. "grey" means "gray" everywhere.

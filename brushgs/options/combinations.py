@@ -14,11 +14,11 @@ class Rule(Struct, frozen=True):
     """A rule about options, each "STEP.FIELD", or "STEP.FIELD=VALUE" for one value.
 
     Attributes:
-        others: options that cannot be given together with `one`, or with `is_needed` not without it.
-        one: the option they exclude or need.
+        others: options that exclude `one` or, with `is_needed`, need it.
+        one: the option that they exclude or need.
         why: apposition to the flag of `one` in the message.
         is_needed: whether `one` is needed; else it is excluded.
-        fine: value of `others` that is allowed all the same.
+        fine: value of `others` that is allowed with `one`.
     """
 
     others: tuple[str, ...]

@@ -12,7 +12,7 @@ from brushgs.options.styling import StyleConfig, style_config
 from brushgs.options.table import Options, hint_for, in_files, option, shown
 from brushgs.options.where import Where, WhereConfig
 
-DEFAULT_STEPS, STYLE_STEPS = 900, 100  # of a refinement to the scene; to a style image
+DEFAULT_STEPS, STYLE_STEPS = 900, 100  # steps of a refinement to the scene, and to a style image
 REFINE_SIZE = (384, 288)  # pixels
 # Default families of a bench: bare strokes, and paintings in a look.
 PLAIN_FAMILIES: tuple[BenchFamily, ...] = ("strokes", "merge", "filter", "precision", "sh", "size")

@@ -1,4 +1,4 @@
-"""How far a film is made by hand: drawings that are held, lines that boil, strokes that are laid again."""
+"""Options of hand-made films: held drawings, boiling lines, and strokes that are painted again."""
 
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, get_args
@@ -8,20 +8,20 @@ from brushgs.options.table import OF_FILMS, Options, option, share
 Wave = Literal["left", "right", "top", "bottom", "center", "near", "far"]
 WAVES: tuple[Wave, ...] = get_args(Wave)
 MAX_HOLD = 24  # frames: a second of film
-MAX_REDRAW = 4.0  # times a second; more is boil
+MAX_REDRAW = 4.0  # times a second; more looks like boil
 
 
 def _origin(text: str) -> Path:
-    """Where a wave begins: one of `WAVES`, or a picture."""
+    """Parse the origin of a wave: one of `WAVES`, or a picture."""
     if not text.strip():
         raise ValueError(f"must be {', '.join(WAVES)} or a picture, got an empty name")
     return Path("center" if text == "centre" else text)
 
 
 class HandConfig(Options, frozen=True):
-    """Unsteadiness of a film, by part; the defaults have none. See `brushgs.rendering.hand`.
+    """Unsteadiness of a film; the defaults have none. See `brushgs.rendering.hand`.
 
-    A `redraw_from` of None lays each stroke at a time of its own.
+    With `redraw_from` None, each stroke is redrawn at a time of its own.
     """
 
     GROUP: ClassVar = "films made by hand"
@@ -53,13 +53,13 @@ class HandConfig(Options, frozen=True):
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """The files that it names."""
+        """The picture of `redraw_from`, if it is one."""
         is_file = self.redraw_from is not None and str(self.redraw_from) not in WAVES
         return (self.redraw_from,) if is_file and self.redraw_from is not None else ()
 
 
 class Pace(Options, frozen=True):
-    """What `HandConfig` says of one part of a scene."""
+    """The values of `HandConfig` for one part of a scene."""
 
     hold: int = 1
     boil: float = 0.0

@@ -30,13 +30,11 @@ from brushgs.options.table import Row, Struct, hint_for, in_files, read_table, r
 from brushgs.options.toml_values import located, read_text, read_toml
 
 SUFFIX = ".toml"
-MAX_BYTES = (
-    16384  # of a file; the looks that come with the program have at most 2000. Dotted keys take time squared
-)
-MAX_BASES = 8  # looks that one is based on, one after the other
-TEXTS = ("title", "good_for", "base")  # what a file says above its tables
+MAX_BYTES = 16384  # size of a file; built-in looks have at most 2000 bytes. Dotted keys take quadratic time
+MAX_BASES = 8  # length of a chain of looks, each based on the next
+TEXTS = ("title", "good_for", "base")  # keys above the tables
 NOT_OF_LOOKS = {"output", "painted", "palette", "rules", "view"}  # steps that belong to one picture
-# Of one machine, of the command line, and of one scene.
+# Fields that belong to one machine, to the command line, and to one scene.
 NOT_IN_LOOKS = {"draw": {"threads"}, "brushes": {"are_usual"}, "light": {"sun"}}
 
 
@@ -44,11 +42,11 @@ class Look(Struct, frozen=True):
     """A look, as read from its file.
 
     Attributes:
-        name: of a built-in look, else the file name without suffix.
+        name: name of a known look, else the file name without suffix.
         title: one line.
         good_for: one line, or "".
-        values: step -> field -> value, including those of its base; plain values are missing.
-        text: the file's text.
+        values: step -> field -> value, including values of its base; plain values are missing.
+        text: the text of the file.
     """
 
     name: str
@@ -65,10 +63,11 @@ class Look(Struct, frozen=True):
         """Read a look.
 
         Args:
-            name: of a look that comes with the program (`LOOKS`) or that a package adds, or a TOML file.
+            name: name of a built-in look (`LOOKS`) or of one added by another package, or a TOML file.
 
         Raises:
-            SceneError: if there is neither, the file cannot be read, or a table, field or value is invalid.
+            SceneError: if there is no such look or file, the file cannot be read, or a table, field or value
+                is invalid.
 
         Example:
             >>> bg.Look.open("charcoal")
@@ -102,7 +101,7 @@ class Look(Struct, frozen=True):
         values = _base_values(path, texts.get("base"), (*based, path.resolve()))
         for step, table in tables.items():
             values[step] = values.get(step, {}) | _step_values(path, step, table)
-            if "backdrop" in table and "stage" not in table:  # a number alone means loose strokes
+            if "backdrop" in table and "stage" not in table:  # a backdrop alone means loose strokes
                 values[step]["stage"] = False
             try:
                 PaintConfig.of({step: values[step]})
@@ -131,9 +130,9 @@ def looks_folder() -> Path:
 def added_looks() -> Mapping[str, Path]:
     """The looks that other packages add by entry points of the group `brushgs.looks`: name -> TOML file.
 
-    A SceneWarning names a package whose look cannot be used.
+    A SceneWarning names an entry point whose look cannot be used.
     """
-    from importlib.metadata import entry_points  # takes as long as the help: not needed for our own
+    from importlib.metadata import entry_points  # takes as long as printing the help: imported only if needed
 
     found: dict[str, Path] = {}
     for point in sorted(entry_points(group="brushgs.looks"), key=lambda point: point.name):
@@ -146,10 +145,10 @@ def added_looks() -> Mapping[str, Path]:
 
 
 def _known(name: str | Path) -> Path | None:
-    """The file of a look that is known by name."""
+    """The file of a built-in or added look; None for other names and for existing files."""
     if name in LOOKS:
         return looks_folder() / f"{name}{SUFFIX}"
-    is_file = Path(name).suffix or os.path.lexists(name)  # files come first: they need no other package
+    is_file = Path(name).suffix or os.path.lexists(name)  # check files first: no entry points are needed
     return None if is_file else added_looks().get(str(name))
 
 
@@ -183,7 +182,7 @@ def _base_values(path: Path, base: str | None, based: tuple[Path, ...]) -> dict[
 
 
 def _strokes(given: Any) -> UsualCount | float | str | None:
-    """A number of strokes from a look, which explicit options override."""
+    """Convert a number of strokes in a look; explicit options override it."""
     if given in (*get_args(Knee), "all"):
         return None if given == "all" else str(given)
     if isinstance(given, int) and not isinstance(given, bool) and 1 <= given < 2**63:
@@ -197,7 +196,7 @@ def _strokes(given: Any) -> UsualCount | float | str | None:
 
 @cache
 def _rows() -> Mapping[str, Mapping[str, Row]]:
-    """Fields that a look may have: step -> field -> row of the option table."""
+    """The fields of looks: step -> field -> row of the option table."""
     rows = {
         step: {row.field: row for row in rows_of(kind) if row.field not in NOT_IN_LOOKS.get(step, ())}
         for step, kind in STEPS.items()
@@ -232,7 +231,7 @@ def _step_values(path: Path, step: str, table: Mapping[str, Any]) -> dict[str, A
 
 
 def _located(value: Any, folder: Path) -> Any:
-    """The same with files that lie beside the look."""
+    """The value, with file names resolved to `folder` if they exist there."""
     if isinstance(value, tuple) and value and isinstance(value[0], StyleShare):
         return tuple(replace(one, file=Path(located(str(one.file), folder))) for one in value)
     return located(value, folder)

@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, get_args
 from brushgs.options.choices import DEFAULT_BACKDROP, MAX_BACKDROP, Canvas, StageTone, color_code
 from brushgs.options.table import Options, count, in_files, number, option, share, shown
 
-MAX_BRUSHES = 256  # of one picture: strokes store their brush in 8 bits
+MAX_BRUSHES = 256  # per picture: strokes store their brush in 8 bits
 MAX_PIGMENTS = 256
 Pair = tuple[float, float]
 LOOK_GROUP = "look"
@@ -23,12 +23,11 @@ Jitter = Annotated[Pair, in_files("standard deviations of strokes, OKLab (L, and
 class BrushesConfig(Options, frozen=True):
     """Brushes by kind of stroke: names of built-in strokes, or image files.
 
-    Without any, all strokes use `DrawConfig.stroke`. An empty list uses `other`. A hash of the stroke's
-    position selects a brush from its list. `long` is for strokes with aspect ratio above 1.9, `short` below
-    1.35, `other` in between; strokes above 2.2 times the median size may also use `large`. With economy,
-    smooth and light surfaces use `smooth`, rough ones `rough`, see `brushgs.passes.form.material`.
-    `are_usual`: the user chose neither brushes nor stroke, so strokes of a file that names their brushes keep
-    those.
+    Without any, all strokes use `DrawConfig.stroke`. For an empty list, `other` is used. A hash of the
+    stroke's position selects a brush from its list. `long` is for strokes with aspect ratio above 1.9,
+    `short` below 1.35, `other` in between; strokes above 2.2 times the median size may also use `large`. With
+    economy, smooth and light surfaces use `smooth`, rough ones `rough`, see `brushgs.passes.form.material`.
+    `are_usual`: the user chose neither brushes nor stroke, so strokes keep the brushes that their file names.
     """
 
     IN_LOOKS: ClassVar = True
@@ -50,7 +49,7 @@ class BrushesConfig(Options, frozen=True):
             raise ValueError("other must name at least one brush where other lists do, got none")
 
     def __eq__(self, other: object) -> bool:
-        """Whether the lists are equal; `are_usual` does not count."""
+        """Whether the lists are equal; `are_usual` is ignored."""
         return isinstance(other, BrushesConfig) and self._lists == other._lists
 
     def __hash__(self) -> int:
@@ -81,8 +80,8 @@ class ColorConfig(Options, frozen=True):
         flag=None)] = 0.0
     equalize: Annotated[float, share("drawing media and watercolour: strength of histogram equalization of "
         "tones", flag=None)] = 0.0
-    shadows: Tint = (0.0, 0.0)  # in the dark, such as (0.012, -0.045) toward violet
-    lights: Tint = (0.0, 0.0)  # in the light, such as (0.004, 0.03) toward yellow
+    shadows: Tint = (0.0, 0.0)  # in dark colours, such as (0.012, -0.045) toward violet
+    lights: Tint = (0.0, 0.0)  # in light colours, such as (0.004, 0.03) toward yellow
     pigments: Annotated[int, option("number of pigments to mix colours from, 2 or more; 0: any colour",
         ge=0, le=MAX_PIGMENTS)] = 0
     pure: Annotated[float, share("how far strokes move to the colour of their pigment", flag=None)] = 0.85
@@ -103,7 +102,7 @@ class ColorConfig(Options, frozen=True):
 
 
 def _backdrop(text: str) -> bool | int | str:
-    """A kind of backdrop, on or off, or a number of loose strokes; 0 is off."""
+    """Parse a kind of backdrop, on or off, or a number of loose strokes; 0 is off."""
     if text in ("on", "off"):
         return text == "on"
     if text in ("stage", "loose"):
@@ -115,7 +114,7 @@ def _backdrop(text: str) -> bool | int | str:
 
 
 def _backdrop_value(given: Any) -> bool | int:
-    """The same for a value of Python or of a file: on or off, or a number of strokes."""
+    """Convert a backdrop from Python or a file: a bool, or a number of strokes."""
     if isinstance(given, bool) or (isinstance(given, int) and abs(given) < 2**63):
         return given
     raise ValueError(f"must be a whole number, got {shown(given)}")

@@ -1,4 +1,4 @@
-"""Control maps as text: `size=mask.png:0.5..2`, what changes, where, and by how much."""
+"""Control maps as text, such as `size=mask.png:0.5..2`: a property, its source, and its range of factors."""
 
 import re
 from collections.abc import Mapping
@@ -12,15 +12,15 @@ from brushgs.options.where import Where
 from brushgs.options.where_terms import TERMS
 
 FORM = "PROPERTY=SOURCE[:LOW..HIGH], such as size=mask.png:0.5..2"
-COLUMN = "column"  # first word of sources that are columns
+COLUMN = "column"  # prefix of a source that is a column
 _SPAN = re.compile(r"(.*):\s*([-+.\de]+?)\s*\.\.\s*([-+.\de]+)\s*", re.IGNORECASE | re.DOTALL)
 _HEIGHT = re.compile(r"\bheight\s*$", re.IGNORECASE)
-_SPOILT = re.compile(r":[^:/\\]*\.\.[^:/\\]*$")  # factors that are no numbers
+_SPOILT = re.compile(r":[^:/\\]*\.\.[^:/\\]*$")  # a range whose factors are no numbers
 _COMBINED = re.compile(r"\s*(\(|not[\s(])|\s(and|or)[\s(]", re.IGNORECASE)
 
 
 class Span(NamedTuple):
-    """Factors of a property: those at black and white without others given, and the limits."""
+    """Default factors of a property at black (`low`) and white (`high`), and their limits."""
 
     low: float
     high: float
@@ -28,7 +28,7 @@ class Span(NamedTuple):
     most: float
 
 
-# Of maps and of rules. An opacity can only be lowered: strokes are solid.
+# Properties of maps and rules. Opacity can only be lowered, since strokes are solid.
 PROPERTIES: Mapping[str, Span] = {
     "size": Span(0.5, 2.0, 0.2, 5.0),
     "density": Span(0.5, 2.0, 0.1, 10.0),
@@ -44,11 +44,11 @@ class Map(Struct, frozen=True):
     """A property of strokes that follows a picture of the first view, or membership in a part of the scene.
 
     Attributes:
-        name: of the property, one of `PROPERTIES`.
+        name: the property, one of `PROPERTIES`.
         source: a picture, whose lightness is the value; a part, inside which the value is 1; or the name of a
-            column of the PLY file, whose low numbers have the value 0 and whose high ones 1.
-        low: factor at 0: black, or outside the part.
-        high: factor at 1: white, or inside. It may be below `low`.
+            column of the PLY file, whose low numbers give 0 and high numbers 1.
+        low: factor at value 0: black, or outside the part.
+        high: factor at value 1: white, or inside the part. It may be below `low`.
 
     Raises:
         ValueError: if the property is unknown, a factor is out of its limits, or the part has a term `mask:`.
@@ -109,7 +109,7 @@ class Map(Struct, frozen=True):
 
 
 def read_maps(text: str) -> tuple[Map, ...]:
-    """The map of a text, as the only one. Raises as `Map.parse`."""
+    """Parse the text of one map, as a tuple of length 1. Raises as `Map.parse`."""
     return (Map.parse(text),)
 
 

@@ -156,7 +156,7 @@ class Watercolour(SoftMedium, frozen=True):
 MEDIA: Mapping[str, type[Medium]] = {
     one.kind: one for one in (Paint, Charcoal, Ink, Hatching, Stippling, Watercolour)
 }
-# Fields of a table [media]: a look with a base may give only the medium, or only some of its numbers.
+# Fields of a table [media]; a look with a base may give only the medium, or only some of its numbers.
 ROWS = {row.field: row for medium in MEDIA.values() for row in rows_of(medium)}
 
 

@@ -1,4 +1,4 @@
-"""A moment of a moving scene, as options give it."""
+"""Options that give a moment of a moving scene."""
 
 import re
 from typing import Any

@@ -17,15 +17,15 @@ def _paths(given: "Path | str | Iterable[Path | str]") -> tuple[Path, ...]:
     return tuple(map(Path, [given] if isinstance(given, Path | str) else given))
 
 
-Balls = tuple[tuple[float, ...], ...]  # rows of a `Density`: x, y, z, radius, factor on the strokes per area
+Balls = tuple[tuple[float, ...], ...]  # rows of a `Density`: x, y, z, radius, factor of strokes per area
 
 
 class OverpaintConfig(Options, frozen=True):
-    """Files of marks, laid one after the other.
+    """Files of marks, applied in order.
 
     Attributes:
-        balls: where there are more or fewer strokes besides those of files. Values, which compare by
-            content: what else is painted leaves them equal, so that strokes are not made anew.
+        balls: further changes of stroke density, beside those in the files. Tuples, which compare by value:
+            while they are equal, strokes need not be made again.
     """
 
     GROUP: ClassVar = "marks"

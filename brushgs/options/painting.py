@@ -53,11 +53,11 @@ from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.table import Options, number, numbers, option, rows_of, share, shown
 from brushgs.options.where import WhereConfig
 
-DEFAULT_KEEP = 0.7  # of the Gaussians, as published
+DEFAULT_KEEP = 0.7  # share of the Gaussians, as published
 DEFAULT_STROKE = "impasto"  # works at any size; a swirl below about 20 px looks like a bubble
 DEFAULT_SIZE = (1280, 720)
-MAX_PAN = 10.0  # picture sizes: more is a typing error
-MAX_PSNR = 100.0  # dB; pictures of 16 bits agree no better
+MAX_PAN = 10.0  # in picture sizes: more is a typing error
+MAX_PSNR = 100.0  # dB; 16-bit pictures reach no more
 MAX_BROKEN_COLOR = 0.2  # OKLab lightness: more would drown the scene's own light
 MAX_STREAKS = 0.5  # limit of the core
 
@@ -65,7 +65,7 @@ Up = str | tuple[float, float, float]
 
 
 def picture_size(text: str) -> tuple[int, int]:
-    """(width, height) in pixels of a text such as "1280x720"."""
+    """Parse (width, height) in pixels from a text such as "1280x720"."""
     match = re.fullmatch(r"([0-9]{1,18})[xX]([0-9]{1,18})", text)
     if match is None:
         raise ValueError(f"must be WIDTHxHEIGHT in pixels such as 1280x720, got {text!r}")
@@ -76,7 +76,7 @@ def picture_size(text: str) -> tuple[int, int]:
 
 
 def chosen_size(text: str) -> tuple[int, int] | PaperSize | Literal["auto"]:
-    """(width, height) in pixels as `picture_size`, a size on paper, or "auto"."""
+    """Parse (width, height) in pixels as `picture_size` does, a size on paper, or "auto"."""
     if text == "auto":
         return "auto"
     if "@" in text:
@@ -91,7 +91,7 @@ def chosen_size(text: str) -> tuple[int, int] | PaperSize | Literal["auto"]:
 
 
 def _look_at(text: str) -> str | tuple[float, ...]:
-    """A value of `ViewConfig.look_at`."""
+    """Parse a value of `ViewConfig.look_at`."""
     if text in get_args(Target):
         return text
     try:
@@ -102,14 +102,14 @@ def _look_at(text: str) -> str | tuple[float, ...]:
 
 
 def _up(given: Any) -> str:
-    """An axis as text of the flag."""
+    """Convert three numbers from Python to the text of an up axis."""
     if isinstance(given, list | tuple) and len(given) == 3:
         return ",".join(repr(float(one)) for one in given)
     raise ValueError(f"must be an axis such as -y, or three numbers, got {shown(given)}")
 
 
 class CleanConfig(Options, frozen=True):
-    """What is dropped first; nothing is dropped from stroke files."""
+    """What is dropped before painting; nothing is dropped from stroke files."""
 
     GROUP: ClassVar = "clustering"
     # fmt: off
@@ -180,7 +180,7 @@ class StrokeSize(Options, frozen=True):
         return f"{self.pixels:g}{'mm' if self.is_mm else 'px'}"
 
     def at(self, dpi: float | None) -> "StrokeSize":
-        """The same in pixels.
+        """The size in pixels.
 
         Raises:
             ValueError: if it is in millimetres and there is no size on paper.
@@ -334,12 +334,12 @@ class ClusterConfig(Options, frozen=True):
 
     @property
     def of_film(self) -> "ClusterConfig":
-        """The same for a film: "auto" becomes "auto:frame"."""
+        """The options for a film: "auto" becomes "auto:frame"."""
         return msgspec.structs.replace(self, strokes="auto:frame") if self.strokes == "auto" else self
 
     @property
     def keeps_strokes(self) -> bool:
-        """Whether all strokes of a stroke file are kept, as the user gave no number."""
+        """Whether all strokes of a stroke file are kept, because the user gave no number."""
         return isinstance(self.strokes, str | UsualCount)
 
     @property
@@ -432,11 +432,11 @@ class StrokesConfig(Options, frozen=True):
 class ViewConfig(Options, frozen=True):
     """The view: a camera from a file, or one framed on the scene by its first view.
 
-    Angles are radians here, degrees in flags. `size` None is that of the camera in the file, or 1280 x 720;
-    "auto", or the way that paper lies, is chosen to suit the subject, which is then composed in the picture
-    (see `brushgs.cameras.composition`); for moving or given cameras it counts as None. With a `camera_file`
-    only `view`, the index in the file, and `size` are used. `look_at` None is the subject, or for scenes seen
-    from inside the view from there: azimuth and elevation then turn the camera in place.
+    Angles are radians here, degrees in flags. `size` None is the size of the camera in the file, or
+    1280 x 720; with "auto", or paper of free orientation, the subject decides the shape of the picture and is
+    composed in it (see `brushgs.cameras.composition`); for moving or given cameras "auto" counts as None.
+    With a `camera_file`, only `view` (the index in the file) and `size` are used. `look_at` None is the
+    subject; in scenes seen from inside, azimuth and elevation turn the camera in place instead.
     """
 
     GROUP: ClassVar = "view"
@@ -558,9 +558,9 @@ class DrawConfig(Options, frozen=True):
         """The effective lock of an output.
 
         Args:
-            along_path: for the frames of a path; else for pictures, and for pages, which are pictures from
-                everywhere.
-            is_spherical: for pictures all around the camera, whose views cannot be tracked in one picture.
+            along_path: whether for the frames of a path; else for pictures, or pages, which show a painting
+                from all sides.
+            is_spherical: whether for spherical pictures, whose views cannot be tracked in one picture.
 
         Raises:
             ValueError: if it is "track" without a path.
@@ -572,7 +572,7 @@ class DrawConfig(Options, frozen=True):
         return self.lock or ("track" if along_path and not is_spherical else "canonical")
 
     def order_of(self, *, along_path: bool) -> Order:
-        """The effective order, for a path or one picture."""
+        """The effective order, for the frames of a path or for one picture."""
         return self.order or ("soft" if along_path else "depth")
 
 
@@ -640,7 +640,7 @@ class PaintConfig(Options, frozen=True):
 
     @property
     def in_pixels(self) -> Self:
-        """The same with a stroke size on paper in pixels.
+        """The options with a stroke size in millimetres converted to pixels.
 
         Raises:
             ValueError: if there is no size on paper.
@@ -653,14 +653,14 @@ class PaintConfig(Options, frozen=True):
 
     @property
     def paces(self) -> tuple[Pace, ...]:
-        """How a film is made by hand: what is in no part, then the parts of its rules from label 1 on."""
+        """Unsteadiness of a film: outside all parts, then for the parts of the rules from label 1 on."""
         of_film = Pace(self.hand.hold, self.hand.boil, self.hand.redraw)
         rules = () if self.rules is None else self.rules.rules
         return (of_film, *(rule.pace(of_film) for rule in rules))
 
     @property
     def is_by_hand(self) -> bool:
-        """Whether a film is made by hand in any part."""
+        """Whether any part of a film is unsteady, see `HandConfig`."""
         is_mapped = any(one.name == "hold" for one in self.strokes.maps)
         return is_mapped or self.hand.smear > 0 or any(pace != STEADY for pace in self.paces)
 

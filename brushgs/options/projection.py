@@ -21,7 +21,7 @@ OF_SPHERES = ("depth", "normal", "unlit")  # layers that may be resampled
 class ProjectionConfig(Options, frozen=True):
     """The projection of pictures, and their number of eyes; see `brushgs.rendering.rigs`.
 
-    `stereo` "vr180" has a projection of its own: each eye is a half sphere.
+    `stereo` "vr180" has its own projection: each eye is a half sphere.
     """
 
     GROUP: ClassVar = "view"
@@ -48,7 +48,7 @@ class ProjectionConfig(Options, frozen=True):
 
     @property
     def is_spherical(self) -> bool:
-        """Whether a picture shows directions all around, or a half sphere."""
+        """Whether a picture shows a whole sphere of directions, or a half sphere."""
         return self.projection == "equirect" or self.stereo == "vr180"
 
     @property
@@ -58,18 +58,18 @@ class ProjectionConfig(Options, frozen=True):
 
     @property
     def usual_size(self) -> tuple[int, int] | None:
-        """(width, height) of one eye in pixels, if none is given; None for that of other pictures."""
+        """Default (width, height) of one eye in pixels; None if it is that of ordinary pictures."""
         if not self.is_spherical:
             return None
         return EYE_SIZE if self.stereo == "vr180" else SPHERE_SIZE
 
     @property
     def eyes_across(self) -> tuple[int, int]:
-        """Number of eyes beside and below each other in the picture."""
+        """Number of eyes across and down in the picture."""
         return (1, 1) if self.stereo is None else (1, 2) if self.stereo == "top" else (2, 1)
 
     def whole_size(self, width: int, height: int) -> tuple[int, int]:
-        """(width, height) of the picture of all eyes, for the size of one."""
+        """(width, height) of the picture of all eyes, from the size of one eye."""
         across, down = self.eyes_across
         return across * width, down * height
 
@@ -103,7 +103,7 @@ class ProjectionConfig(Options, frozen=True):
             raise ValueError(f"{name} must be a color with {self._flag}, got the picture {value}")
 
     def _check_medium(self, medium: str) -> None:
-        """Of pens and wet paint, each picture is composed as a whole."""
+        """Refuse pens and wet paint, which are composed per picture and would show edges between faces."""
         if medium not in ON_SPHERES:
             raise ValueError(
                 f"look must be in paint or charcoal with {self._flag}, got {medium}, whose pictures would "
@@ -124,7 +124,7 @@ class ProjectionConfig(Options, frozen=True):
         return f"projection {self.projection}"
 
     def _check_size(self, width: int, height: int) -> None:
-        """Refuse a size of another shape.
+        """Check the aspect ratio of a size.
 
         Raises:
             ValueError: if a sphere is not twice as wide as high, or a half sphere not square.

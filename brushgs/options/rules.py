@@ -36,7 +36,7 @@ from brushgs.options.where import CLIP_VARIABLE, MAX_SOFT, Where, WhereConfig, c
 from brushgs.options.where_terms import Mask
 
 MAX_RULES = 32
-MAX_BYTES = 65536  # of a file
+MAX_BYTES = 65536  # size of a file
 TABLE = "region"
 KEYS = (TABLE, "camera_file", "text_model")  # keys at the top level
 ADVICE = 'rules are tables [[region]] with where = "subject" and what is to be there'
@@ -55,8 +55,8 @@ def _adjust(given: Any) -> AdjustConfig:
 class Rule(Options, frozen=True):
     """Options of one part of a scene; the defaults change nothing.
 
-    Brushes are names of built-in strokes, or image files. Empty brushes, and None for other fields, mean
-    those of the painting. The palette, a picture, overrides that of the painting. At a soft edge strokes of
+    Brushes are names of built-in strokes, or image files. Empty brushes, and None for other fields, take the
+    value of the painting. The palette, a picture, overrides that of the painting. At a soft edge, strokes of
     both sides mix.
     """
 
@@ -93,7 +93,7 @@ class Rule(Options, frozen=True):
             raise ValueError("palette_strength needs palette, the picture whose colours are taken; add it")
 
     def pace(self, of_film: Pace) -> Pace:
-        """That of the part in a film of another."""
+        """The pace of the part: its own values, else those of the film."""
         given = {name: getattr(self, name) for name in ("hold", "boil", "redraw")}
         return replace(of_film, **{name: value for name, value in given.items() if value is not None})
 

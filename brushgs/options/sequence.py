@@ -7,14 +7,14 @@ from msgspec.structs import replace
 
 from brushgs.options.table import OF_FILMS, Options, in_files, option
 
-DEFAULT_FPS = 24.0  # of film
+DEFAULT_FPS = 24.0  # the rate of film
 MAX_FRAMES = 99_999  # over an hour of film; five digits
 WORKERS_TIMEOUT = 60.0  # seconds that a Dask scheduler may have no worker: batch systems are slow to start
 STANDING_SECONDS, STANDING_SHARE = (
     1.0,
     0.25,
-)  # of finished painting at the end: the shorter
-FADE_SECONDS, MOST_FADE = 0.15, 0.1  # fade-in of one stroke; at most this share of the growing time
+)  # the finished painting is held at the end for the shorter of these; the second is a share of the time
+FADE_SECONDS, MOST_FADE = 0.15, 0.1  # fade-in of a stroke, and its largest share of the growing time
 MAX_FPS = 1000.0  # more is a typing error, and video formats count milliseconds at the finest
 
 
@@ -22,8 +22,8 @@ class PathConfig(Options, frozen=True):
     """The camera path: an orbit around the scene, or the views of a file. Give exactly one of `orbit` and
     `file`.
 
-    An orbit is always a loop, also one that sways. The views of a file are frames or, with `frames` or
-    `seconds`, key views of a spline at constant speed. Open paths include both ends: `seconds` give
+    An orbit is always a loop, even with `sway`. The views of a file are frames or, with `frames` or
+    `seconds`, keyframes of a spline at constant speed. Open paths include both ends: `seconds` give
     `seconds * fps + 1` frames, so that doubling the fps keeps every frame. For an animated camera of a glTF
     or USD file, `frames`, `seconds` and `fps` sample its own motion. Loops do not repeat the first frame or
     an equal last view. A file may itself declare a loop.
@@ -72,10 +72,10 @@ class PathConfig(Options, frozen=True):
 class GrowConfig(Options, frozen=True):
     """A film of a painting as it grows, seen by a fixed camera or along a path.
 
-    It ends on the finished painting, for one second or a quarter of the time, whichever is shorter. A longer
-    path goes on after that.
+    It ends with the finished painting, held for one second or a quarter of the time, whichever is shorter. A
+    longer path continues after that.
 
-    `is_along_path`: the camera moves.
+    `is_along_path`: whether the camera moves.
     """
 
     GROUP: ClassVar = "path"
@@ -106,7 +106,7 @@ class GrowConfig(Options, frozen=True):
 
     @property
     def num_growing(self) -> int:
-        """Number of frames before the painting is finished, at least one: the bare ground."""
+        """Number of frames before the painting is finished; at least one, of the bare ground."""
         standing = round(min(STANDING_SECONDS, STANDING_SHARE * self.seconds) * self.rate)
         return max(self.num_frames - max(standing, 1), 1)
 
@@ -116,7 +116,7 @@ class GrowConfig(Options, frozen=True):
         return min(FADE_SECONDS * self.rate / self.num_growing, MOST_FADE)
 
     def along(self, num_frames: int, fps: float) -> "GrowConfig":
-        """The same along a path of so many frames, in which it is finished."""
+        """The options for a path of `num_frames` frames; the painting is finished within the path."""
         return replace(self, seconds=min(self.seconds, num_frames / fps), fps=fps)
 
     def time(self, index: int) -> float:

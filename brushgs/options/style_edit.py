@@ -9,9 +9,9 @@ from brushgs.options.table import Options
 class EditSource(Options, frozen=True):
     """Sources of an edit style.
 
-    From a scene `before` and `after`, or with `camera_file` pictures of a `scene`: a folder each, or a single
-    one. Without `before` they are paint-overs, and the scene itself is what was before. `up` is that of the
-    scene before, an axis or a direction; None for as its file says, or an estimate.
+    `before` and `after` are scenes or, with `camera_file`, pictures of a `scene`: a folder each, or single
+    pictures. Without `before`, `after` are paint-overs of pictures of the scene. `up` is the up axis or
+    direction of the scene before the edit; None takes it from its file, or estimates it.
 
     Raises:
         ValueError: if only one of `scene` and `camera_file` is given, or neither of these nor `before`.
@@ -38,6 +38,6 @@ class EditSource(Options, frozen=True):
 
     @property
     def inputs(self) -> tuple[Path, ...]:
-        """All files."""
+        """All input files."""
         files = (self.before, self.after, self.scene, self.camera_file)
         return tuple(file for file in files if file is not None)

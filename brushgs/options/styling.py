@@ -17,7 +17,7 @@ from brushgs.options.table import (
     shown,
 )
 
-MAX_STYLES = 8  # of one painting
+MAX_STYLES = 8  # per painting
 FORM = "FILE:SHARE, several with commas between them, such as " + ",".join(
     (f"monet{STYLE_SUFFIX}:0.7", f"dusk{STYLE_SUFFIX}:0.3")
 )
@@ -27,10 +27,10 @@ NUMBERS = ("brightness", "contrast", "saturation", "temperature")
 
 
 class StyleShare(Options, frozen=True):
-    """One style of a mix, and how far the painting takes each of its properties, of that share.
+    """One style of a mix: its share, and for each property the part of this share that is used, 0 to 1.
 
-    They are its colors; size, shape and brushes of its marks; their directions; its contours; and what
-    surrounds its subject.
+    The properties are its colours; size, shape and brushes of its marks; their directions; its contours; and
+    the surroundings of its subject.
     """
 
     file: Path
@@ -54,7 +54,7 @@ class StyleShare(Options, frozen=True):
 
     @property
     def dials(self) -> dict[str, float]:
-        """Its properties that are not taken wholly."""
+        """The properties with a value other than 1."""
         return {name: getattr(self, name) for name in DIALS if getattr(self, name) != 1}
 
     def __str__(self) -> str:
@@ -99,7 +99,7 @@ def _styles_value(given: Any) -> tuple[StyleShare, ...]:
 
 
 def _share_of(file: Path, given: Any) -> StyleShare:
-    """One style of a table: its share, or a table of that and of its properties."""
+    """One style of a table; `given` is its share, or a table of share and properties."""
     if not isinstance(given, Mapping):
         return StyleShare(file, float(given))
     _check_dials(given, ("share", *DIALS))
@@ -107,9 +107,9 @@ def _share_of(file: Path, given: Any) -> StyleShare:
 
 
 class StyleConfig(Options, frozen=True):
-    """The styles of a painting; the rest of 1 in their shares is the painting without style.
+    """The styles of a painting; if their shares add up to less than 1, the rest is painted without style.
 
-    `has_brushes`: strokes use the brushes of styles that have some.
+    `has_brushes`: whether strokes use the brushes of the styles.
     """
 
     GROUP: ClassVar = "style"

@@ -8,7 +8,7 @@ from brushgs.options.sequence import DEFAULT_FPS, MAX_FPS
 from brushgs.options.table import Options, in_files, option
 
 LOOPBACK = "127.0.0.1"
-MAX_SECONDS = 600.0  # of a video: more is a typing error
+MAX_SECONDS = 600.0  # length of a video: more is a typing error
 MAX_KEYS = 500  # marked views of a path
 
 FilmKind = Literal["turn", "path", "clip"]

@@ -16,7 +16,7 @@ from brushgs.options.where_terms import FORMS, Mask, Term, Words, parse_term
 
 MAX_DEPTH = 50  # nesting: foreign text must not exhaust the stack
 MAX_LENGTH = 20_000  # characters
-MAX_SOFT = 2.0  # of the subject's size: a wider edge is no edge
+MAX_SOFT = 2.0  # edge width relative to the subject's size: a wider edge is no edge
 CLIP_VARIABLE = "BRUSHGS_CLIP"  # environment variable: default folder of the CLIP model
 _OPERATOR = re.compile(r"(and|or|not)(?=[\s()]|$)", re.IGNORECASE)
 _QUOTE = re.compile(r'"(?:[^"]|"")*"|\'(?:[^\']|\'\')*\'')
