@@ -1,6 +1,6 @@
-"""Files become moving scenes: one module per format, listed in `table.py`.
+"""Read moving scenes from files: one module per format, listed in `table.py`.
 
-Imports nothing heavy before a file is read.
+Heavy modules are imported only when a file is read.
 """
 
 from typing import TYPE_CHECKING
@@ -13,16 +13,16 @@ __all__ = ["load_moving", "open_moving"]
 
 
 def load_moving(scene: "SceneFiles", *, moments_per_second: float | None = None) -> "MovingScene":
-    """Open a scene that moves; one that does not is a scene of duration 0.
+    """Open a moving scene; a still scene gives one of duration 0.
 
     Args:
-        scene: a file of a moving scene, whose content decides the format, not its suffix; a folder or several
-            files that hold its moments; or a still scene, see `brushgs.load`.
-        moments_per_second: rate of numbered files, one a moment, above 0; None for that of the source, or 24.
+        scene: a file of a moving scene (its content, not its suffix, decides the format); a folder or several
+            files, one per moment; or a still scene, see `brushgs.load`.
+        moments_per_second: rate of numbered files, above 0; None for that of the source, or 24.
 
     Raises:
         SceneError: if a file cannot be used, or needs a network or a pickle; says what would work. Also if a
-            rate is given for a scene that is no file a moment.
+            rate is given for a scene that is not stored as one file per moment.
         ValueError: if the rate is not above 0.
 
     Example:
@@ -47,9 +47,9 @@ def load_moving(scene: "SceneFiles", *, moments_per_second: float | None = None)
 
 
 def open_moving(scene: "SceneFiles") -> "MovingScene | None":
-    """As `load_moving`, but None for a still scene.
+    """Open a moving scene like `load_moving`; return None for a still scene.
 
-    Raises SceneError, see `load_moving`; not for what only the reader of still scenes can judge.
+    Raises SceneError as `load_moving` does, except for faults that only the reader of still scenes finds.
     """
     from brushgs.formats.moving.frames import open_frames
     from brushgs.formats.moving.moment import open_formula

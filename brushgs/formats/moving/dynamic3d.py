@@ -1,11 +1,11 @@
-"""The params.npz of Dynamic3DGaussians: centres, rotations and colours of every moment, in one archive.
+"""Read the params.npz of Dynamic3DGaussians: centres, rotations and colours of every moment in one archive.
 
-Sizes and opacities are of all moments, and colours may be. Colours are RGB, 0 to 1, without view dependence.
-Moments follow each other at 1/30 s, as in the captures that it was made for. Files of SplaTAM have the same
-names, and one moment. Source: Luiten et al. 2024, Dynamic 3D Gaussians; helpers.py, `save_params`.
+Scales and opacities are constant in time; colours may be. Colours are RGB, 0 to 1, without view dependence.
+Moments are 1/30 s apart, as in the captures that it was made for. Files of SplaTAM use the same names, and
+have one moment. Source: Luiten et al. 2024, Dynamic 3D Gaussians; helpers.py, `save_params`.
 
-Arrays are read piece by piece; nothing in the archive is evaluated or unpickled. What it stores as it is
-stays there; what it packs is unpacked once, to a temporary file.
+Arrays are read piece by piece; nothing in the archive is evaluated or unpickled. Uncompressed members are
+read in place; compressed ones are decompressed once, to a temporary file.
 """
 
 import shutil
@@ -37,10 +37,10 @@ from brushgs.values.sh import C0
 
 _LOCAL_HEADER = 30  # bytes before the name of a member
 _LOCAL_MARK = b"PK\x03\x04"
-# Packed floats of scenes become 1.1 to 2 times as large; constant ones up to a thousand times.
+# Decompression makes floats of scenes 1.1 to 2 times as large; constant ones up to a thousand times.
 _MAX_GROWTH, _SMALL = 50, 64 << 20
-_MOST_NAMES = 6  # of members in a message
-# What NumPy raises for text that is no header: it parses it, and in a second try splits it into tokens.
+_MOST_NAMES = 6  # member names in a message
+# Exceptions of NumPy for an invalid header: it parses the text, then retries with its tokens.
 _HEADER_FAULTS = (
     *(ValueError, KeyError, TypeError, AttributeError, SyntaxError, MemoryError, RecursionError),
     TokenError,
@@ -50,17 +50,17 @@ _CURE = "save it again with numpy.savez"
 
 @dataclass(frozen=True, eq=False)
 class StoredArray:
-    """An array of floats that lies in a file."""
+    """An array of floats stored in a file."""
 
-    path: Path  # of the archive, for messages
+    path: Path  # the archive, for messages
     shape: tuple[int, ...]  # of the array
-    dtype: np.dtype[Any]  # of its numbers
-    start: int  # its first byte in the file
-    # the numbers in a temporary file, which goes with them; None for those in the archive itself
+    dtype: np.dtype[Any]  # of the array
+    start: int  # offset of its first byte in the file
+    # memory map of a temporary file, deleted with the map; None for an array read from the archive itself
     unpacked: NDArray[np.floating[Any]] | None = None
 
     def read(self, index: int | None = None) -> F32:
-        """All of it, or one entry of its first axis. Raises SceneError if the file became shorter."""
+        """The whole array, or one entry of its first axis. Raises SceneError if the file became shorter."""
         if self.unpacked is not None:
             return _float32(self.unpacked if index is None else self.unpacked[index])
         values = np.empty(self.shape if index is None else self.shape[1:], self.dtype)
@@ -76,10 +76,10 @@ def _float32(values: NDArray[np.floating[Any]]) -> F32:
 
 
 def open_npz(path: Path, names: Iterable[str]) -> tuple[dict[str, StoredArray], tuple[str, ...]]:
-    """The arrays of these names, and the names of the other members.
+    """The arrays with these names, and the names of the other members.
 
-    Raises SceneError if the archive is damaged, a name is missing, or an array holds other than floats:
-    objects, which only a pickle could give, are refused.
+    Raises SceneError if the archive is damaged, a name is missing, or an array does not hold floats (object
+    arrays, which need a pickle, are refused).
     """
     with open_zip(path) as archive:
         found = {member.filename.removesuffix(".npy"): member for member in archive.infolist()}
@@ -115,7 +115,7 @@ def _open_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo, 
 
 
 def _read_header(path: Path, file: Any, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
-    """Shape and type of an array, of which NumPy evaluates no more than a literal of 10,000 characters."""
+    """Shape and dtype of an array. NumPy evaluates only a literal, of at most 10,000 characters."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -139,7 +139,7 @@ def _read_header(path: Path, file: Any, name: str) -> tuple[tuple[int, ...], np.
 
 
 def _start_of(path: Path, member: zipfile.ZipInfo, name: str) -> int:
-    """Where the bytes of a stored member begin in the archive."""
+    """Offset of the bytes of an uncompressed member in the archive."""
     with open_plain(path, "scene file", buffering=0) as file:
         size = file.seek(0, 2)
         file.seek(member.header_offset)
@@ -155,7 +155,7 @@ def _start_of(path: Path, member: zipfile.ZipInfo, name: str) -> int:
 def _unpacked(
     path: Path, file: Any, member: zipfile.ZipInfo, name: str, dtype: np.dtype[Any]
 ) -> NDArray[np.floating[Any]]:
-    """The rest of a member as numbers in a temporary file."""
+    """Decompress the rest of a member to a temporary file, as a memory map."""
     if member.file_size > _MAX_GROWTH * member.compress_size + _SMALL:
         fact = f"its array {name!r} would grow from {member.compress_size} to {member.file_size} bytes"
         raise SceneError(path, f"{fact}; {_CURE}")
@@ -168,11 +168,11 @@ def _unpacked(
 _WIDTHS = {
     "means3D": (3,),
     "unnorm_rotations": (4,),
-    "log_scales": (3, 1),  # one of round Gaussians
+    "log_scales": (3, 1),  # 1 for isotropic Gaussians
     "logit_opacities": (1,),
     "rgb_colors": (3,),
 }
-# What else the trainers write: segmentation, and cameras.
+# Other arrays that the trainers write: segmentation and cameras.
 _KNOWN = {
     *("seg_colors", "cam_m", "cam_c", "cam_unnorm_rots", "cam_trans", "timestep", "intrinsics", "w2c"),
     *("org_width", "org_height", "gt_w2c_all_frames", "keyframe_time_indices"),
@@ -192,13 +192,13 @@ class Params:
         self._has_told = False
 
     def sample(self, time: float) -> Gaussians:
-        """The Gaussians of one moment, or of one between two."""
+        """The Gaussians at a time in seconds, interpolated between two moments."""
         position = min(time * NOMINAL_RATE, self.num_moments - 1)
         nearest = round(position)
         return self._moments.at(nearest if abs(position - nearest) < 1e-6 else position)
 
     def _check_shapes(self) -> int:
-        """The number of Gaussians. Raises SceneError if shapes do not fit each other."""
+        """The number of Gaussians. Raises SceneError if array shapes do not match."""
         means = self._arrays["means3D"]
         num_rows = means.shape[-2] if len(means.shape) in (2, 3) else 0
         count = self._count(means) if len(means.shape) == 3 else 1
@@ -216,11 +216,11 @@ class Params:
 
     @staticmethod
     def _count(array: StoredArray) -> int | None:
-        """Moments of an array; None for one of all moments."""
+        """Number of moments of an array; None if it is constant in time."""
         return array.shape[0] if len(array.shape) == 3 else None
 
     def _read(self, index: int) -> Kept:
-        """One moment."""
+        """Read one moment."""
         columns = Columns.empty(self.num_rows, 1)
         columns.means[:] = self._column("means3D", index)
         columns.quats[:] = self._column("unnorm_rotations", index)
@@ -240,14 +240,14 @@ class Params:
         return array.read(None if count is None else min(index, count - 1))
 
     def __reduce__(self) -> tuple[object, ...]:
-        """For pickle, since scenes cross processes: a temporary file does not."""
+        """Pickle the path alone: scenes are sent to other processes, temporary files cannot be."""
         return type(self), (self.path,)
 
 
 def open_moving(path: Path) -> MovingScene:
     """Open a params.npz.
 
-    Raises SceneError if it is damaged, or arrays are missing or do not fit each other.
+    Raises SceneError if it is damaged, or arrays are missing or do not match.
     """
     params = Params(path)
     count = params.num_moments

@@ -1,6 +1,6 @@
-"""Rows of formats that store formulas of time are checked, and become a moving scene.
+"""Check the rows of formats that store formulas of time, and make a moving scene of them.
 
-Readers give raw rows (`RawRows`); `clip_of` makes the moving scene. See `brushgs.values.formula`.
+Readers return raw rows (`RawRows`); `clip_of` makes the moving scene. See `brushgs.values.formula`.
 """
 
 from dataclasses import dataclass, replace
@@ -19,8 +19,8 @@ from brushgs.values.gaussians import SH_TERMS
 from brushgs.values.moving import MovingScene
 
 _LARGEST = float(np.finfo(np.float32).max)
-NOMINAL_RATE = CLIP_FPS  # moments a second where a format does not say
-NOMINAL_FRAMES = 50  # from time 0 to 1, where a format does not say: SpaceTimeGaussian trains so many at once
+NOMINAL_RATE = CLIP_FPS  # moments per second, if a format does not state it
+NOMINAL_FRAMES = 50  # from time 0 to 1, if a format does not state it: SpaceTimeGaussian trains 50 at once
 NOMINAL_DURATION = NOMINAL_FRAMES / NOMINAL_RATE  # seconds
 
 
@@ -28,20 +28,20 @@ NOMINAL_DURATION = NOMINAL_FRAMES / NOMINAL_RATE  # seconds
 class RawRows:
     """All rows of a file, not yet checked."""
 
-    columns: Columns  # log-scales, and logits or opacities
-    stored: dict[str, F32]  # name of each column of the formula -> its values as stored: all must be finite
+    columns: Columns  # with log-scales, and logits or opacities
+    stored: dict[str, F32]  # name of each column of the formula -> its stored values, which must be finite
     centers: F32  # [N] see `Formula`
-    widths: F64  # [N] see `Formula`; NaN is a fault of the row
-    width_name: str  # of the column of widths
+    widths: F64  # [N] see `Formula`; a row with NaN is dropped
+    width_name: str  # name of the column of widths, for messages
     motion: F32  # [N, p, 3] see `Formula`
     spin: F32 | None = None  # [N, 4] see `Formula`
-    # [N, 3] world units, where the file holds them as such: a logarithm would lose digits
+    # [N, 3] world units, if the file stores them linearly: a logarithm would lose digits
     scales: F32 | None = None
     is_logit: bool = True  # whether opacities are logits
     windows: F64 | None = None  # [N, 2] see `Formula`
 
     def faults(self, clock: tuple[float, float]) -> Faults:
-        """Rows whose formula cannot be computed, or leaves what float32 holds while a clock runs."""
+        """Rows whose formula cannot be computed, or exceeds float32 at some time of the clock."""
         yield from ((name, values, ~np.isfinite(values)) for name, values in self.stored.items())
         yield self.width_name, self.widths, np.isnan(self.widths)
         most = reach(self.centers.astype(np.float64), *clock)[:, None]
@@ -55,7 +55,7 @@ class RawRows:
             yield "rotation over time", largest, ~(largest < _LARGEST)
 
     def take(self, keep: Mask) -> "RawRows":
-        """The rows of a mask; the columns are moved in place."""
+        """The rows where a mask is True; `columns` is compacted in place."""
         self.columns.move(keep, 0)
         names = ("centers", "widths", "motion", "spin", "scales", "windows")
         kept: dict[str, Any] = {
@@ -74,19 +74,19 @@ def clip_of(
     cutoff: float = 0.0,
     is_timed: bool = False,
 ) -> MovingScene:
-    """The moving scene of a file of formulas.
+    """The moving scene of a file of formulas. A SceneWarning reports rows that were dropped.
 
     Args:
-        file: what its header states.
+        file: header of the file.
         rows: its rows; overwritten.
         duration: seconds.
-        clock: what the clock of the formulas shows at the beginning and at the end.
-        is_open: whether the last moment is the one just before the end, where windows end.
+        clock: value of the time variable of the formulas at the start and at the end.
+        is_open: whether the end is excluded, because windows end there; it is then sampled just before.
         cutoff: see `Formula`.
-        is_timed: whether the seconds come from the file.
+        is_timed: whether the duration comes from the file.
 
     Raises:
-        SceneError: if no row of it can be drawn; a SceneWarning says of rows that were dropped.
+        SceneError: if no row can be drawn.
     """
     keep, dropped = find_faults(rows.columns, 0, file.num_terms - 1, rows.faults(clock))
     dropped.report(file.path, file.num_rows)
@@ -114,5 +114,5 @@ def clip_of(
 
 
 def open_nothing() -> RowSource:
-    """The `open_rows` of files without rows at rest."""
+    """Placeholder for `open_rows` of files that have no still rows."""
     raise AssertionError("a moving scene is read as a whole")

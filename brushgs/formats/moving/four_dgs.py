@@ -1,8 +1,8 @@
-"""The .4dgs format, decoded by the package `fourdgs`: Gaussians that are born, move straight on and fade.
+"""Read the .4dgs format with the package `fourdgs`: Gaussians that appear, move linearly and fade.
 
-Seconds come from the file. Of the two models of time of the format the one of births is read, which is a
-formula; things that move as a whole on tracks are moved by the package, moment by moment. The other,
-keyframes with differences, is refused by name. Source: https://4dgs.dev/docs/spec, sections 3 and 6.
+The duration comes from the file. The format has two models of time. The model of births is a formula, and is
+read; objects that move rigidly on tracks are moved by the package at each moment. The model of keyframes with
+differences is refused by name. Source: https://4dgs.dev/docs/spec, sections 3 and 6.
 """
 
 import struct
@@ -23,7 +23,7 @@ from brushgs.values.arrays import F32
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 
-# What the package raises on damaged files beside its own errors.
+# Exceptions of the package on damaged files, beside its own.
 _DAMAGED = (ValueError, LookupError, TypeError, ArithmeticError, EOFError, struct.error, zlib.error)
 
 
@@ -31,7 +31,7 @@ def open_moving(path: Path) -> MovingScene:
     """Read a .4dgs file.
 
     Raises SceneError if the package is missing, the file is damaged or has another model of time, or no row
-    of it can be drawn.
+    can be drawn.
     """
     scene = _read(path)
     duration, cutoff = float(scene.duration_sec), float(scene.header.cutoff)
@@ -68,7 +68,7 @@ def open_moving(path: Path) -> MovingScene:
 
 
 def _read(path: Path) -> Any:
-    """The `Scene` of the package."""
+    """Read a file with the package; returns its `Scene`."""
     try:
         import fourdgs
     except ImportError:
@@ -88,7 +88,7 @@ def _read(path: Path) -> Any:
 
 
 def _harmonics(stored: Any) -> F32:
-    """[N, k - 1, 3] coefficients above degree 0: bytes, those of red first."""
+    """[N, k - 1, 3] coefficients above degree 0; the file stores bytes, all of red first."""
     if stored.sh is None:
         return np.zeros((stored.count, 0, 3), np.float32)
     from fourdgs.quantization import sh_coefficient
@@ -98,7 +98,10 @@ def _harmonics(stored: Any) -> F32:
 
 
 def _on_tracks(path: Path, scene: Any, moving: MovingScene) -> MovingScene:
-    """The clip whose things also move on the tracks of the file, if it has any."""
+    """The clip with the motion of the object tracks of the file, if it has any.
+
+    Raises SceneError if rows were dropped, as object ids would no longer match.
+    """
     objects, ids = scene.objects, scene.gaussians.object_id
     if ids is None or not objects.tracks:
         return moving

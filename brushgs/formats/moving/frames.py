@@ -1,18 +1,17 @@
-"""Moving scenes as files, one a moment, of any format of still scenes.
+"""Read moving scenes stored as one file per moment, in any format of still scenes.
 
-Which files are moments. Files (or folders that are scenes) whose names differ in a number alone are:
+Files (or folders that are scenes) whose names differ only in a number are:
 
 - moments, if the word before the number says so: frame_003.ply, time_00003.ply, timestep-3.spz; two are
   enough, and numbers may be missing;
-- parts of one scene at rest, if it says that: tile_3.ply, chunk_3.ply, lod_3.ply, iteration_7000.ply;
-- with any other word, or none (003.ply, dance_3.ply), moments if there are three or more with no number
-  missing, and the first two lie in one place and hold about as many Gaussians; else parts. Who says which
-  moment is meant (`--time 0.4`) says that they are moments. `--time all` says that they are parts.
+- parts of one still scene, if it says that: tile_3.ply, chunk_3.ply, lod_3.ply, iteration_7000.ply;
+- with any other word, or none (003.ply, dance_3.ply), moments if there are three or more, no number is
+  missing, and the first two lie in one place and hold about as many Gaussians; otherwise parts. A time in
+  seconds (`--time 0.4`) makes them moments, `--time all` makes them parts.
 
-Everything else is parts of one scene. No format of still scenes says when it is: the source tells how many
-moments a second has, else it is `MOMENTS_PER_SECOND`. The first is at 0, and the last is shown for as long as
-any other. Those whose numbers are missing take their time all the same: what is seen then is made of the
-moments around it.
+All other files are parts of one scene. Formats of still scenes store no time: the source gives the rate, by
+default `MOMENTS_PER_SECOND`. The first moment is at 0, and the last is shown as long as the others. A missing
+number leaves a gap in time, filled from the moments around it.
 """
 
 import re
@@ -49,8 +48,8 @@ from brushgs.values.gaussians import SH_TERMS, Gaussians
 from brushgs.values.moving import MovingScene
 from brushgs.values.notes import LoadNotes
 
-# Last words before the number. The first are said of nothing but moments; the second of other things that one
-# finds numbered: parts of one scene, its levels of detail, versions, and states of training.
+# Words before the number: those used for moments only, and those for other numbered files (parts of a scene,
+# levels of detail, versions, training checkpoints).
 _OF_MOMENTS = {
     *("frame", "frames", "time", "times", "timestep", "timesteps", "timestamp", "moment", "moments")
 }
@@ -60,42 +59,41 @@ _OF_OTHERS = {
     *("v", "ver", "version", "iter", "iteration", "iterations", "step", "steps", "epoch", "checkpoint"),
 }
 _SUFFIXES = set(suffixes_of(formats_of("scene"))) - {".json"}
-_MOST_DIGITS = 15  # of a number, so that it is exact
-# Numbers count moments where at least half of those between the first and the last are there.
+_MOST_DIGITS = 15  # of a number, so that it is exact as a float
+# Numbers are used as times only if at least this share of the range from first to last exists.
 _LEAST_FILLED = 0.5
 Kind = Literal["moments", "unsure", "others"]
 
 
 @dataclass(frozen=True, eq=False)
 class Series:
-    """Files with one beginning and different numbers, in the order of these."""
+    """Files whose names share a prefix and differ in their number, sorted by number."""
 
     paths: tuple[Path, ...]  # [F] the files or folders
-    # [F] their places among the moments, ascending from 0. Places without a file are moments that are
-    # missing.
+    # [F] index of the moment of each file, ascending from 0; indices without a file are missing moments
     slots: NDArray[np.int64]
-    kind: Kind  # what the word before the number says that they are
+    kind: Kind  # by the word before the number
     is_regular: bool  # whether no number is missing: 3, 4, 5 or 10, 20, 30
 
     @property
     def num_missing(self) -> int:
-        """Moments without a file."""
+        """Number of moments without a file."""
         return int(self.slots[-1]) + 1 - len(self.slots)
 
     @property
     def span(self) -> str:
-        """The first and the last file in words."""
+        """The first and the last file, for messages."""
         return f"{_shown(self.paths[0])} to {_shown(self.paths[-1])}"
 
 
 def find_series(paths: Sequence[Path]) -> Series | None:
-    """The series that two or more paths are, in any order; None if they are none.
+    """The series that two or more paths form, in any order; None if they form none.
 
-    What differs is the name of the files, or where all have one name, that of a folder above them:
-    frame_3/point_cloud.ply. Numbers by twos or tens count like 0, 1, 2. Where fewer than half of the numbers
-    between the first and the last are there, they do not count moments, and only their order is taken.
+    The number is in the file names or, if these are equal, in the name of a folder above them:
+    frame_3/point_cloud.ply. Numbers in steps of two or ten count like 0, 1, 2. If fewer than half of the
+    numbers between the first and the last exist, or any has a decimal point, only their order is used.
 
-    Raises SceneError if two files with a word for moments bear the same number.
+    Raises SceneError if two files with a word for moments have the same number.
     """
     if len(paths) < 2:
         return None
@@ -120,7 +118,7 @@ def find_series(paths: Sequence[Path]) -> Series | None:
 
 
 def _labels(paths: Sequence[Path]) -> list[str]:
-    """What names the paths apart, without suffixes."""
+    """The part of each path that differs, without scene suffixes."""
     parts = [path.parts for path in paths]
     shortest = min(map(len, parts))
     if not shortest:  # the current folder
@@ -131,7 +129,7 @@ def _labels(paths: Sequence[Path]) -> list[str]:
 
 
 def _stem(name: str) -> str:
-    """A name without the suffix of a scene."""
+    """A name without its scene suffix."""
     stem, point, suffix = name.rpartition(".")
     if point and f".{suffix.lower()}" in _SUFFIXES:
         name = stem
@@ -144,7 +142,7 @@ def _kind_of(beginning: str) -> Kind:
 
 
 def _slots_of(numbers: Sequence[str]) -> tuple[NDArray[np.int64], bool]:
-    """Places of ascending numbers, and whether none is missing."""
+    """Moment index of each of the ascending numbers, and whether none is missing."""
     places = np.arange(len(numbers))
     if any("." in number for number in numbers):
         return places, False
@@ -157,23 +155,23 @@ def _slots_of(numbers: Sequence[str]) -> tuple[NDArray[np.int64], bool]:
 
 
 def _shown(path: Path) -> str:
-    """The name that tells a path apart, for sentences; with its folder, as files in folders share names."""
+    """The name of a path for messages; with its folder if the name itself has no number."""
     return path.name if any(c.isdigit() for c in path.name) else f"{path.parent.name}/{path.name}"
 
 
-_FEWEST_UNSURE = 3  # files that are moments though their names do not say so
-_NUM_HEADERS = 64  # of which the number of rows is asked
-_EXACT = 1e-6  # of a moment: nearer than this to one, it is that one
+_FEWEST_UNSURE = 3  # files needed to be taken for moments if their names do not say so
+_NUM_HEADERS = 64  # headers whose number of rows is compared
+_EXACT = 1e-6  # share of the time between two files; a time nearer than this to a file is that file
 
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """Files of moments, of which at most two are in memory."""
+    """A clip of one file per moment, of which at most two are in memory."""
 
     series: Series  # the files
     lod: int | None = None  # level of detail; None for the default of the format
-    encoding: Encoding = STANDARD  # what numbers of formats without a fixed encoding mean
-    rate: float = MOMENTS_PER_SECOND  # moments a second, > 0; those whose numbers are missing count
+    encoding: Encoding = STANDARD  # of formats without a fixed encoding
+    rate: float = MOMENTS_PER_SECOND  # moments per second, > 0, missing moments included
     _told: set[str] = field(default_factory=set, repr=False)
 
     @cached_property
@@ -187,28 +185,28 @@ class Frames:
 
     @cached_property
     def times(self) -> F64:
-        """[F] seconds, ascending from 0."""
+        """[F] sample times in seconds, ascending from 0."""
         return self.series.slots / self.rate
 
     @property
     def duration(self) -> float:
-        """Seconds, in which the last moment is shown as long as any other."""
+        """Seconds; the last moment is shown as long as the others."""
         return (int(self.series.slots[-1]) + 1) / self.rate
 
     def position(self, time: float) -> float:
-        """Where a time lies among the files, 0 to F - 1; that of a file where it is one."""
+        """Fractional file index of a time, 0 to F - 1; an integer within `_EXACT` of a file."""
         position = float(np.interp(time, self.times, np.arange(len(self.times))))
         nearest = round(position)
         return float(nearest) if abs(position - nearest) < _EXACT else position
 
     def nearest(self, time: float) -> int:
-        """The file whose moment is nearest; of two the earlier."""
+        """Index of the file nearest in time; the earlier of two equally near."""
         return int(np.argmin(np.round(np.abs(self.series.slots - time * self.rate), 6)))
 
     def file(self, index: int) -> SceneFile | None:
-        """The header of one moment; None for one without Gaussians.
+        """The header of one moment; None if it holds no Gaussians.
 
-        Raises SceneError if it is not there, is no scene, or is damaged.
+        Raises SceneError if the file is missing, no scene, or damaged.
         """
         try:
             return open_file(self.paths[index], self.lod)
@@ -217,12 +215,11 @@ class Frames:
 
     @cached_property
     def has_rows(self) -> bool:
-        """Whether rows correspond, from a few moments: the first two, the middle, and the last two.
+        """Whether rows correspond over time, judged from three pairs: the first, middle and last two moments.
 
-        The numbers of rows in up to 64 headers must be equal, and rows must be like themselves in most of the
-        three pairs, see `have_same_rows`: a firework that bursts between two moments is unlike itself there,
-        but what was trained moment by moment is so everywhere. Moments that cannot be read, or are without
-        Gaussians, are passed over here.
+        The numbers of rows in up to 64 headers must be equal, and rows must match in most of the three pairs,
+        see `have_same_rows`: a scene may change abruptly in one pair (a firework bursts), but moments trained
+        independently match in none. Moments that cannot be read, or hold no Gaussians, are skipped here.
         """
         last = len(self.paths) - 1
         if len({self._count(index) for index in _spread(last + 1)} - {None, 0}) > 1:
@@ -231,9 +228,9 @@ class Frames:
         return found.count(True) > found.count(False)
 
     def sample(self, time: float) -> Gaussians:
-        """The Gaussians of one moment: of a file, or between two if rows correspond, else of the nearer.
+        """The Gaussians at a time in seconds: interpolated if rows correspond, else of the nearest file.
 
-        Where rows correspond, every moment has all of them, see `Moments.at`.
+        If rows correspond, every moment has all of them, see `Moments.at`.
         """
         if not self.has_rows:
             return self.moment(self.nearest(time))
@@ -243,11 +240,11 @@ class Frames:
         return self._moments.at(position, self._head[0])
 
     def moment(self, index: int) -> Gaussians:
-        """What can be drawn of the moment of a file."""
+        """The drawable Gaussians of one file."""
         return self._moments[index].without_broken()
 
     def notes(self) -> LoadNotes:
-        """What the first moment that has Gaussians says beside them; it stands for all."""
+        """The notes of the first moment with Gaussians, used for the whole clip."""
         file = self._head[1]
         notes = join_notes([file], rows_dropped=0, sh_degree_used=SH_TERMS[file.num_terms])
         what = f"{len(self.paths):,} moments at {self.rate:g} a second, {file.format}"
@@ -260,7 +257,7 @@ class Frames:
 
     @cached_property
     def _head(self) -> tuple[int, SceneFile]:
-        """The first moment with Gaussians, and its header.
+        """Index and header of the first moment with Gaussians.
 
         Raises SceneError if there is none, or one before it cannot be read.
         """
@@ -270,7 +267,7 @@ class Frames:
         raise SceneError(self.paths[0], "and all moments after it hold no Gaussians; export them again")
 
     def _check_count(self, index: int) -> None:
-        """Refuse a moment that has other rows than those that were compared."""
+        """Refuse a moment whose number of rows differs from that of the first."""
         count, head = len(self._moments[index].gaussians), self._head[1]
         if count not in (0, head.num_rows):
             what = f"holds {count:,} Gaussians and {head.path.name} {head.num_rows:,}"
@@ -278,7 +275,7 @@ class Frames:
             raise SceneError(self.paths[index], f"{what}, {cure}")
 
     def _count(self, index: int) -> int | None:
-        """Rows of a moment as its header says; None if it cannot be read."""
+        """Number of rows in the header of a moment; None if it cannot be read."""
         try:
             file = self.file(index)
         except SceneError:
@@ -286,7 +283,7 @@ class Frames:
         return 0 if file is None else file.num_rows
 
     def _correspond(self, before: int, after: int) -> bool | None:
-        """Whether the rows of two moments correspond; None if one cannot be read or has none."""
+        """Whether the rows of two moments correspond; None if one cannot be read or is empty."""
         try:
             first, second = (self._moments[index].gaussians for index in (before, after))
         except SceneError:
@@ -315,7 +312,7 @@ class Frames:
         return keep_rows(columns, encoding, antialiased=antialiased)[0]
 
     def _check_brushes(self, file: SceneFile, columns: Columns) -> None:
-        """Drop brushes of strokes that are rows of another set than that of the first moment."""
+        """Drop the brushes of strokes if they refer to another set than those of the first moment."""
         drop_unnamed_brushes(file, columns)
         head = self._head[1]
         if columns.brushes is not None and file.brushes != head.brushes:
@@ -325,38 +322,38 @@ class Frames:
                 warnings.warn(SceneWarning(f"{file.path}: {message}"), stacklevel=2)
 
     def _is_first(self, fault: str) -> bool:
-        """Whether something is said for the first time: not of each of 100,000 files."""
+        """Whether a fault is reported for the first time, so that it is not repeated for 100,000 files."""
         is_first = fault not in self._told
         self._told.add(fault)
         return is_first
 
     def __getstate__(self) -> dict[str, Any]:
-        """For pickle, since scenes cross processes: without open files and what is in memory."""
+        """Pickle without cached moments and headers: scenes are sent to other processes."""
         return {name: value for name, value in vars(self).items() if name not in ("_moments", "_head")}
 
 
 def open_frames(source: SceneSource) -> MovingScene | None:
-    """The moving scene that files or a folder hold, one a moment; None if they are no moments.
+    """Open a moving scene stored as one file per moment, listed or in a folder; None if they are no moments.
 
-    Its rows correspond if they do in three pairs of moments, see `Frames.has_rows`. Which rows rest is not
-    known, as all moments would have to be read.
+    Whether rows correspond is judged from three pairs of moments, see `Frames.has_rows`. Which rows rest is
+    unknown, as that would need all moments.
 
-    Raises SceneError if a folder holds no scene, the first moment is no scene or is damaged, or two files are
-    of one moment.
+    Raises SceneError if a folder holds no scene, the first moment is no scene or is damaged, or two files
+    have the same number.
     """
     clip = find_frames(source)
     return None if clip is None else clip.scene()
 
 
 def find_frames(source: SceneSource, encoding: Encoding = STANDARD) -> Frames | None:
-    """As `open_frames`, without looking at rows. Names decide, and where these do not the first two files."""
+    """As `open_frames`, but without comparing rows: decides by names, or else by the first two files."""
     if source.time is not None and source.time.is_all:
         return None
     series = find_series(find_parts(source.paths))
     if series is None or (series.kind == "others" and source.time is None):
         return None
     for path in source.paths if len(source.paths) > 1 else ():
-        # Typed, so that each should be there, before hours of work; what a folder lists was asked.
+        # Paths that a user listed must exist before hours of work start; those of a folder listing do.
         if not is_dir(path):
             check_plain(path, "scene file")
     clip = Frames(series, source.lod, encoding, source.moments_per_second or MOMENTS_PER_SECOND)
@@ -371,13 +368,13 @@ def find_frames(source: SceneSource, encoding: Encoding = STANDARD) -> Frames | 
 
 
 def _looks_like_moments(clip: Frames) -> bool:
-    """Whether files whose names leave it open seem to be moments; a SceneWarning says so."""
+    """Whether files with undecided names look like moments; if so, a SceneWarning reports it."""
     series = clip.series
     if len(series.paths) < _FEWEST_UNSURE or not series.is_regular:
         return False
     try:
         first, second = (clip.moment(index) for index in (0, 1))
-    except SceneError:  # which the reader of still scenes says too
+    except SceneError:  # the reader of still scenes reports it too
         return False
     if not len(first) or not len(second) or not are_in_one_place(first, second):
         return False
@@ -387,5 +384,5 @@ def _looks_like_moments(clip: Frames) -> bool:
 
 
 def _spread(count: int) -> Sequence[int]:
-    """Up to 64 of so many moments, from the first to the last."""
+    """Indices of up to 64 of `count` moments, evenly spaced from first to last."""
     return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, _NUM_HEADERS)).round())]

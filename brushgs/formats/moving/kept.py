@@ -1,6 +1,6 @@
-"""Moments that are read one by one, of which at most two are in memory, and those between them.
+"""Read the moments of a clip on demand, keep at most two in memory, and interpolate between them.
 
-Rows of a moment that cannot be drawn stay, with opacity 0, so that the others keep their numbers.
+Undrawable rows of a moment stay, with opacity 0, so that the others keep their row numbers.
 """
 
 from collections import OrderedDict
@@ -20,13 +20,13 @@ from brushgs.values.gaussians import Gaussians
 class Kept:
     """All rows of a moment."""
 
-    # [N]; those that cannot be drawn have no opacity, and lie in the middle of the others
+    # [N]; undrawable rows have opacity 0 and lie at the mean position of the others
     gaussians: Gaussians
-    is_broken: Mask | None = None  # [N] which these are; None for none
+    is_broken: Mask | None = None  # [N] True for undrawable rows; None if there are none
 
     @property
     def is_whole(self) -> bool:
-        """Whether it has rows, and all of them can be drawn."""
+        """Whether there are rows, and all can be drawn."""
         return len(self.gaussians) > 0 and self.is_broken is None
 
     def without_broken(self) -> Gaussians:
@@ -34,10 +34,11 @@ class Kept:
         return self.gaussians if self.is_broken is None else self.gaussians.take(~self.is_broken)
 
     def placed_like(self, other: Gaussians) -> Gaussians:
-        """All rows; those that cannot be drawn, or all of a moment without any, lie unseen as in another.
+        """All rows. Undrawable rows (or every row of an empty moment) take their pose from `other`, with
+        opacity 0.
 
         Args:
-            other: as many Gaussians, or none: then rows stay where they are.
+            other: as many Gaussians; if the number differs, rows keep their pose.
         """
         if len(self.gaussians) == 0:
             return replace(other, opacities=np.zeros_like(other.opacities))
@@ -54,9 +55,9 @@ NO_ROWS = Kept(Columns.empty(0, 1).gaussians())
 
 
 def keep_rows(rows: Columns, encoding: Encoding, *, antialiased: bool) -> tuple[Kept, Dropped]:
-    """All rows of a moment, and those of them that cannot be drawn.
+    """All rows of a moment, and a count of those that cannot be drawn.
 
-    `rows` are raw as `read_columns` gives them, and are overwritten; `antialiased` as in `Gaussians`.
+    `rows` are raw, as returned by `read_columns`, and are overwritten; `antialiased` as in `Gaussians`.
     """
     with np.errstate(all="ignore"):
         rows.standardize(encoding)
@@ -73,11 +74,11 @@ def keep_rows(rows: Columns, encoding: Encoding, *, antialiased: bool) -> tuple[
     return Kept(rows.gaussians(antialiased=antialiased), is_broken), dropped
 
 
-NUM_IN_MEMORY = 2  # moments; one more is that between them
+NUM_IN_MEMORY = 2  # moments, beside the one interpolated between them
 
 
 class Moments:
-    """The moments of a scene by number; each is read when it is asked for, and the last two are kept."""
+    """The moments of a scene by number: an LRU cache that reads on demand and keeps the last two."""
 
     def __init__(self, read: Callable[[int], Kept]) -> None:
         self._read = read
@@ -93,11 +94,10 @@ class Moments:
         return self._kept[index]
 
     def at(self, position: float, first: int = 0) -> Gaussians:
-        """All rows at a moment or between two, where rows correspond: 2.5 is halfway from the third to the
-        fourth.
+        """All rows at a moment or interpolated between two: 2.5 is halfway from the third to the fourth.
 
-        Those that cannot be drawn, and those of a moment without Gaussians, have no opacity, and lie where
-        they do in the other moment, or in `first`, a moment with Gaussians.
+        Rows must correspond. Undrawable rows, and those of an empty moment, have opacity 0 and take their
+        pose from the other moment, or from `first`, the index of a moment with Gaussians.
         """
         before = int(position)
         if position == before:
@@ -110,5 +110,5 @@ class Moments:
         return between(*placed, position - before)
 
     def __getstate__(self) -> dict[str, Any]:
-        """For pickle, since scenes cross processes: without what is in memory."""
+        """Pickle without the cached moments: scenes are sent to other processes."""
         return vars(self) | {"_kept": OrderedDict()}

@@ -1,4 +1,4 @@
-"""Files that hold how each Gaussian moves become moving scenes, and one moment of any a still one."""
+"""Open moving scenes stored in one file, and read one moment of any moving scene as a still scene."""
 
 import warnings
 from collections.abc import Sequence
@@ -20,11 +20,14 @@ from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
 from brushgs.values.moving import MovingScene
 
-_NUM_INSPECTED = 16  # of many paths: a clip of 100,000 files is not opened file by file
+_NUM_INSPECTED = 16  # of the paths: a clip of 100,000 files is not opened file by file
 
 
 def open_formula(source: SceneSource) -> MovingScene | None:
-    """A scene in one file that moves by itself; None for still scenes and those in a file a moment."""
+    """Open a moving scene stored in one file. None for a still scene, or one stored as one file per moment.
+
+    Raises SceneError if the format is not read, an option does not suit it, or the file is damaged.
+    """
     seen = ((path, find_moving(path)) for path in source.paths[:_NUM_INSPECTED])
     path, row = next((pair for pair in seen if pair[1] is not None), (source.paths[0], None))
     if row is None:
@@ -49,10 +52,10 @@ def open_formula(source: SceneSource) -> MovingScene | None:
 
 
 def find_moving(path: Path) -> Format | None:
-    """The format of a moving scene that a path is of, also of one that is not read; None if of none.
+    """The moving-scene format of a path, including formats that are recognised but not read; None otherwise.
 
-    None too for what is not there or may not be read: the reader of still scenes says so. Formats of other
-    packages are asked of files that are no still scene either.
+    Also None for a missing or unreadable file, which the reader of still scenes reports. Formats of other
+    packages are tried last, and only for files that are no known still scene.
     """
     begin = b""
     if not is_dir(path):
@@ -72,7 +75,7 @@ def find_moving(path: Path) -> Format | None:
 
 
 def _warn_of_networks(paths: Sequence[Path]) -> None:
-    """Warn of Gaussians that lie beside the network that moves them: alone they are no moment of the clip."""
+    """Warn if Gaussians lie beside a deformation network: without it they are no moment of the clip."""
     for path in paths[:_NUM_INSPECTED]:
         if path.name == "point_cloud.ply" and is_plain(path.with_name("deformation.pth")):
             what = "are moved by the network beside them (deformation.pth), and show no moment without it"
@@ -80,24 +83,24 @@ def _warn_of_networks(paths: Sequence[Path]) -> None:
             warnings.warn(SceneWarning(f"{path}: its Gaussians {what}; {cure}"), stacklevel=4)
 
 
-LEAST_OPACITY = 1e-3  # of a Gaussian between the moments that are stored; fainter ones are not there then
-ROUNDED = 1e-3  # seconds: reports print the end of a scene so
-_NEARLY = 0.02  # of the time between two files: what is typed as 0.033 s is the file at 1/30 s
+LEAST_OPACITY = 1e-3  # Gaussians of a computed moment that are fainter are dropped
+ROUNDED = 1e-3  # seconds: rounding of the duration in reports
+_NEARLY = 0.02  # share of the time between two files: 0.033 s typed by a user means the file at 1/30 s
 _CURE = "choose another moment (--time)"
 
 
 def open_moment(source: SceneSource, encoding: Encoding) -> SceneFile | None:
     """The moment that a source names, as a scene file; None for a still scene.
 
-    A moment that a file holds is that file, so that all that is said of it is said of the file.
+    For a moment stored in a file of its own, the result is that file, so messages name it.
 
     Args:
-        source: of a moving scene; the moment is the first if it names none.
-        encoding: what the numbers mean.
+        source: the scene; without a time, its first moment is read.
+        encoding: what the stored numbers mean.
 
     Raises:
-        SceneError: if the scene is a still one and a moment is named, the moment lies after the end or is
-            without Gaussians, or a file cannot be read; or if a rate of moments is given for a still one.
+        SceneError: if a time or a rate is given for a still scene, the moment lies after the end or holds no
+            Gaussians, or a file cannot be read.
     """
     path, time = source.paths[0], source.time
     moving = open_formula(source)
@@ -134,11 +137,11 @@ def _seconds(time: Moment | None, duration: float, path: Path) -> float:
 
 
 def _of_clip(clip: Frames, time: float) -> SceneFile:
-    """A file of a clip, or what lies between two."""
+    """A file of a clip, or the Gaussians interpolated between two."""
     position = clip.position(time)
     if abs(position - round(position)) > _NEARLY and clip.has_rows:
         made = _made(clip.scene(), clip.paths[int(position)], time)
-        return replace(made, has_fixed_encoding=clip.encoding.is_standard)  # any other is decoded already
+        return replace(made, has_fixed_encoding=clip.encoding.is_standard)  # others are already decoded
     index = clip.nearest(time)
     file = clip.file(index)
     if file is None:
@@ -148,7 +151,7 @@ def _of_clip(clip: Frames, time: float) -> SceneFile:
 
 
 def _made(moving: MovingScene, path: Path, time: float) -> SceneFile:
-    """The Gaussians of a moment that no file holds, in the guise of a file."""
+    """A computed moment, wrapped as a scene file."""
     notes = moving.notes
     assert notes is not None, "a moving scene of a file has notes"
     gaussians = moving.at(time)
@@ -178,7 +181,7 @@ def _made(moving: MovingScene, path: Path, time: float) -> SceneFile:
         format=f"{notes.format}, {_in_words(time, moving.duration)}",
         num_rows=len(gaussians) + notes.rows_dropped,
         num_terms=gaussians.sh.shape[1],
-        open_rows=lambda encoding=STANDARD: rows,  # any other is decoded already
+        open_rows=lambda encoding=STANDARD: rows,  # other encodings are already decoded
         up=notes.up,
         training=notes.training,
         unknown=notes.unknown,

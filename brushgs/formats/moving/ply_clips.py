@@ -1,10 +1,10 @@
-"""Moving scenes in PLY files, with columns for time beside those of a still scene. Time runs from 0 to 1.
+"""Read moving scenes from PLY files, with columns for time beside those of a still scene: time is 0 to 1.
 
 SpaceTimeGaussian "lite" has motion of degree 3 and plain colours: f_dc holds display-encoded RGB, not a
-coefficient. In the .ftgs.ply files of FreeTimeGS each Gaussian has a moment, a duration and a velocity; there
-are `n_frames` moments where a comment counts them, and more comments of FreeTimeGsVanilla say a floor of
-durations (`min_duration`) and whether velocities are used (`use_velocity`). Its floor of opacity, 0.0001,
-only saves time, and is not applied.
+coefficient. In the .ftgs.ply files of FreeTimeGS each Gaussian has a time, a duration and a velocity.
+Header comments of FreeTimeGsVanilla may give the number of moments (`n_frames`), a minimum duration
+(`min_duration`) and whether velocities are used (`use_velocity`). Its minimum opacity, 0.0001, only saves
+time, and is not applied.
 Sources: Li et al. 2024, Spacetime Gaussian Feature Splatting, layout of the reference implementation; Wang et
 al. 2025, FreeTimeGS, equations 1 and 4; version 1 of the layout of FreeTimeGsVanilla.
 """
@@ -33,20 +33,20 @@ _BLOCK_BYTES = 1 << 21
 class TimedPly:
     """All rows of a PLY file, not yet checked."""
 
-    file: SceneFile  # what its header states
+    file: SceneFile  # header of the file
     columns: Columns  # of the still layout, as stored
-    more: dict[str, F32]  # the other columns that were asked for, [N] each, by name
-    comments: dict[str, str]  # of its header, first word -> the others
+    more: dict[str, F32]  # name -> [N] values of each requested further column
+    comments: dict[str, str]  # comments of the header: first word -> remaining words
 
     def stack(self, *names: str) -> F32:
-        """[N, number of names] some of the other columns."""
+        """[N, number of names] some of the further columns."""
         return np.stack([self.more[name] for name in names], axis=1)
 
 
 def read_timed(path: Path, what: str, names: Sequence[str]) -> TimedPly:
-    """Read a PLY file that has columns of these names for time, beside those of a still scene.
+    """Read a PLY file with the columns `names` for time, beside those of a still scene.
 
-    `what` is the name of its format. Raises SceneError if the file is damaged or lacks a column.
+    `what` is the name of the format. Raises SceneError if the file is damaged or lacks a column.
     """
     file = ply.open_scene(path)
     with open_plain(path, "PLY file", buffering=0) as opened:
@@ -89,7 +89,7 @@ _SPIN = tuple(f"omega_{index}" for index in range(4))
 def open_spacetime(path: Path) -> MovingScene:
     """Read a SpaceTimeGaussian lite PLY.
 
-    Raises SceneError if it is damaged, lacks a column, or no row of it can be drawn.
+    Raises SceneError if it is damaged, lacks a column, or no row can be drawn.
     """
     rows = read_timed(path, "SpaceTimeGaussian PLY", ("trbf_center", "trbf_scale", *_MOTION, *_SPIN))
     widths = np.exp(rows.more["trbf_scale"].astype(np.float64))  # infinite: a row that never fades
@@ -109,8 +109,7 @@ _MAX_FRAMES = 10_000_000  # 90 hours
 def open_freetime(path: Path) -> MovingScene:
     """Read a FreeTimeGS PLY.
 
-    Raises SceneError if it is damaged, lacks a column, counts time in other units, or no row of it can be
-    drawn.
+    Raises SceneError if it is damaged, lacks a column, has other time units, or no row can be drawn.
     """
     rows = read_timed(path, "FreeTimeGS PLY", ("time", "log_duration", *_VELOCITY))
     units = rows.comments.get("time_units", "normalized")
@@ -133,7 +132,7 @@ def open_freetime(path: Path) -> MovingScene:
 
 
 def _number(rows: TimedPly, name: str, otherwise: float) -> float:
-    """A number >= 0 that a comment states; `otherwise` if none does."""
+    """A number >= 0 from a header comment; `otherwise` if there is none."""
     text = rows.comments.get(name, str(otherwise))
     try:
         number = float(text)

@@ -1,7 +1,7 @@
-"""The .splatv format of the splaTV viewer: a JSON header, then 64 bytes a Gaussian.
+"""Read the .splatv format of the splaTV viewer: a JSON header, then 64 bytes per Gaussian.
 
-Time runs from 0 to 1. A width that has become infinite, since halves end at 65,504, is that of a row which
-never fades: the viewer divides by it. Source: https://github.com/antimatter15/splaTV, hybrid.js.
+Time is 0 to 1. A width above the largest half, 65,504, is stored as infinity: such a row never fades, as the
+viewer divides by the width. Source: https://github.com/antimatter15/splaTV, hybrid.js.
 """
 
 from pathlib import Path
@@ -19,10 +19,10 @@ from brushgs.formats.scenes.rows import SceneFile
 from brushgs.formats.schema import decode, shown
 from brushgs.values.moving import MovingScene
 
-_MAX_HEADER = 1 << 24  # bytes of the JSON; that of a file with one camera has 452
-_MAX_SIZE = 1 << 50  # bytes of a texture, as a number of JSON
-# Halves and bytes are in pairs, low half first. A row: place, quaternion w, x, y, z, scales and a zero, red,
-# green, blue and opacity, nine coefficients of motion and a zero, four of the quaternion, centre, width.
+_MAX_HEADER = 1 << 24  # bytes of the JSON; a file with one camera has 452
+_MAX_SIZE = 1 << 50  # bytes of a texture, as stated in the JSON
+# A row: position, quaternion w, x, y, z, scales and a zero, red, green, blue and opacity, nine coefficients
+# of motion and a zero, four of rotation, centre, width. Halves and bytes are packed low half first.
 _ROW = np.dtype(
     [
         *(("means", "<f4", 3), ("quats", "<f2", 4), ("scales", "<f2", 3), ("zero", "<f2"), ("rgba", "u1", 4)),
@@ -37,7 +37,7 @@ _Count = Annotated[int, Meta(ge=0, le=_MAX_SIZE)]
 
 
 class _Chunk(Struct):
-    """What the header states of a part of the file."""
+    """A chunk of the file, as listed in the header."""
 
     size: _Count
     type: Any = None
@@ -45,7 +45,7 @@ class _Chunk(Struct):
 
 
 def open_moving(path: Path) -> MovingScene:
-    """Read a .splatv file. Raises SceneError if it is damaged or cut off, or no row of it can be drawn."""
+    """Read a .splatv file. Raises SceneError if it is damaged or truncated, or no row can be drawn."""
     with open_plain(path, "scene file", buffering=0) as file:
         rows = _read_rows(path, file)
     rows = rows[: _count_filled(rows)]
@@ -68,14 +68,14 @@ def open_moving(path: Path) -> MovingScene:
 
 
 def _read_rows(path: Path, file: BinaryIO) -> NDArray[np.void]:
-    """All rows that the file has, padding at the end of its texture among them."""
+    """All rows of the file, including padding at the end of its texture."""
     size = file.seek(0, 2)
     start, chunk = _find_texture(path, file, size)
     if chunk.texwidth is None:
         raise SceneError(path, f"its header states no texwidth of the chunk of type 'splat'; {_CURE}")
     stated, texture_row = chunk.size, 16 * chunk.texwidth
     there = min(size - start, stated)
-    # Files may end with their Gaussians, in the last row of the texture, or hold all of it.
+    # Files may end after the last Gaussian, within the last row of the texture, or hold the whole texture.
     if there < stated and (there + texture_row <= stated or there % _ROW.itemsize):
         missing = stated - texture_row + 1 - there
         fact = f"{missing} bytes are missing at least" if missing > 0 else "its last Gaussian is not complete"
@@ -86,7 +86,7 @@ def _read_rows(path: Path, file: BinaryIO) -> NDArray[np.void]:
 
 
 def _find_texture(path: Path, file: BinaryIO, size: int) -> tuple[int, _Chunk]:
-    """Where the texture of Gaussians begins, and what the header states of it."""
+    """Offset of the texture of Gaussians, and its chunk in the header."""
     begin = bytearray(8)
     if size < len(begin):
         raise SceneError(path, f"is cut off: {size} bytes are there; copy or download it again")
@@ -108,6 +108,6 @@ def _find_texture(path: Path, file: BinaryIO, size: int) -> tuple[int, _Chunk]:
 
 
 def _count_filled(rows: NDArray[np.void]) -> int:
-    """How many rows there are without the zeros that fill up the texture."""
+    """Number of rows without the zero padding at the end of the texture."""
     filled = np.flatnonzero(rows.view("<u8").reshape(len(rows), -1).any(axis=1))
     return int(filled[-1]) + 1 if len(filled) else 0

@@ -1,6 +1,6 @@
-"""Strokes that move become a folder of scene files, one a moment, which is read back as a clip.
+"""Write moving strokes as a folder of scene files, one per moment, which can be read back as a clip.
 
-Rows correspond: row i of every file is the same stroke. A folder changes only when all files are complete.
+Rows correspond: row i of every file is the same stroke. The folder changes only when all files are complete.
 """
 
 import re
@@ -15,17 +15,15 @@ from brushgs.formats.scenes.ply_header import STROKES
 from brushgs.formats.scenes.write import write_scene
 from brushgs.values.gaussians import Gaussians
 
-NAME = "moment_%05d" + SCENE_SUFFIXES[0]  # the word says to readers that these are moments
+NAME = "moment_%05d" + SCENE_SUFFIXES[0]  # "moment" tells readers that these are moments
 _OURS = re.compile(r"moment_[0-9]{5,}" + re.escape(SCENE_SUFFIXES[0]))
-_BEGIN = 4096  # bytes of a file in which its header says that it holds strokes
+_BEGIN = 4096  # bytes at the start of a file that are searched for the mark of strokes
 
 
 def check_moments_folder(folder: Path) -> None:
-    """Refuse a folder whose files would be lost among moments, or that is none.
+    """Refuse a folder that holds other files than earlier moments of strokes (to be replaced) or hidden ones.
 
-    Earlier moments of strokes, and hidden files, may be there: the former are replaced.
-
-    Raises SceneError if it is a file, cannot be read, or holds anything else.
+    Raises SceneError then, and if it is a file or cannot be read. A missing folder is accepted.
     """
     if not is_dir(folder):
         if folder.exists():
@@ -43,15 +41,15 @@ def check_moments_folder(folder: Path) -> None:
 
 
 def write_moments(moments: Iterable[Gaussians], folder: Path, **about: Any) -> int:
-    """Write strokes at the moments of a clip, completely or not at all; earlier moments go.
+    """Write the strokes of each moment, all files or none; earlier moments in the folder are removed.
 
     Args:
-        moments: the strokes at each moment, in order; made as they are written.
-        folder: made if it is missing; see `check_moments_folder`.
-        about: what `write_scene` is told of them. Raises as that does.
+        moments: the strokes at each moment, in order; consumed one at a time.
+        folder: created if missing; see `check_moments_folder`.
+        about: passed to `write_scene`. Raises as that does.
 
     Returns:
-        Bytes of all files.
+        Total bytes of the files.
     """
     with filling(folder, _may_go) as temporary:
         for index, strokes in enumerate(moments):
@@ -60,7 +58,7 @@ def write_moments(moments: Iterable[Gaussians], folder: Path, **about: Any) -> i
 
 
 def _may_go(path: Path) -> bool:
-    """Whether a file is a moment of strokes."""
+    """Whether a file is a moment of strokes written by brushgs."""
     if not _OURS.fullmatch(path.name) or not is_plain(path):
         return False
     try:
