@@ -1,1 +1,1 @@
-"""Pictures are read and written, videos written."""
+"""Read and write pictures; write videos."""

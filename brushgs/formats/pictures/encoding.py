@@ -1,4 +1,4 @@
-"""What is asked of an output file, compared with what its format offers: one sentence refuses the rest."""
+"""Choose the encoding of an output file, and refuse options that its format does not support."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -15,10 +15,10 @@ INSTALL_PYAV = "pip install 'brushgs[video]'"
 
 
 def frame_rate(fps: float) -> Fraction:
-    """Frames a second as a fraction: 23.976, 29.97 and their like mean 24000/1001, 30000/1001.
+    """Frames per second as a fraction; 23.976, 29.97 and similar rates become 24000/1001, 30000/1001.
 
     Args:
-        fps: > 0. Those of television are within 0.0015 of their fractions.
+        fps: > 0. Within 0.0015 of a television rate it is taken for that rate.
     """
     if fps != round(fps) and isclose(fps, round(fps * 1.001) / 1.001, abs_tol=0.0015):
         return Fraction(round(fps * 1.001) * 1000, 1001)
@@ -29,14 +29,14 @@ def frame_rate(fps: float) -> Fraction:
 class Encoding:
     """How the pixels of a file are stored."""
 
-    bits: int  # of each channel
-    has_alpha: bool  # whether transparency is stored
+    bits: int  # per channel
+    has_alpha: bool  # whether alpha is stored
 
 
 def check_encoder(path: str | Path, row: Format) -> None:
-    """Refuse a video or an AVIF picture without the package that encodes it, before any work.
+    """Raise ValueError if the package that encodes a video or an AVIF picture is not installed.
 
-    Raises ValueError if it is not installed.
+    Called before any work starts.
     """
     if row.package and find_spec(row.package) is None:
         is_film = row.kind == "video"
@@ -46,9 +46,9 @@ def check_encoder(path: str | Path, row: Format) -> None:
 
 
 def check_bits(path: str | Path, bits: int | None) -> int:
-    """The number of bits a channel in a picture file: what is asked for, or the usual one of the format.
+    """Bits per channel of a picture file: as requested, or the default of the format.
 
-    Raises ValueError if the format does not offer so many, or its encoder is not installed.
+    Raises ValueError if the format does not offer them, or its encoder is not installed.
     """
     picture_format = find_written("picture", path)
     assert picture_format is not None, "the suffix was checked"
@@ -59,16 +59,16 @@ def check_bits(path: str | Path, bits: int | None) -> int:
 def choose_encoding(
     path: str | Path, *, codec: str | None = None, bits: int | None = None, transparent: bool = False
 ) -> Encoding:
-    """How a picture or video is to be stored; the suffix decides the format.
+    """Choose the encoding of a picture or video; the suffix decides the format.
 
     Args:
         path: the file.
-        codec: a name in `VIDEO_CODECS`; None for the usual one of the format.
-        bits: of each channel; None for the usual number.
-        transparent: whether what is painted has no background.
+        codec: a name in `VIDEO_CODECS`; None for the default of the format.
+        bits: per channel; None for the default.
+        transparent: whether the picture has no background.
 
     Raises:
-        ValueError: if the format does not offer what is asked for, or its encoder is not installed.
+        ValueError: if the format does not support an option, or its encoder is not installed.
     """
     picture_format = find_written("picture", path)
     check_encoder(path, picture_format or video_format_of(path))
@@ -85,7 +85,7 @@ def choose_encoding(
 
 
 def video_format_of(path: str | Path) -> Format:
-    """The format of a video by its suffix. Raises ValueError."""
+    """The format of a video by its suffix. Raises ValueError for another suffix."""
     video_format = by_suffix(VIDEO_FORMATS, path)
     if video_format is None:
         raise ValueError(f"path of a video must end in {', '.join(VIDEO_SUFFIXES)}, got {str(path)!r}")
@@ -93,7 +93,7 @@ def video_format_of(path: str | Path) -> Format:
 
 
 def codec_of(path: str | Path, codec: str | None = None) -> VideoCodec:
-    """The codec of a video: the one asked for, or the usual one of the suffix. Raises ValueError."""
+    """The codec of a video: as requested, or the default of the suffix. Raises ValueError if unsupported."""
     offered = video_format_of(path).codecs
     if codec is not None and codec not in offered:
         rule = "be omitted for" if offered == ("gif",) else f"be {listed(offered)} for"

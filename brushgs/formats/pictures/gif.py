@@ -1,7 +1,7 @@
-"""An animated GIF: one palette for all frames, found in a first pass over them and used in a second.
+"""Write animated GIFs: one palette for all frames, computed in a first pass and applied in a second.
 
-The palette is chosen from how often each colour occurs in all frames together. A colour counts by the square
-root of its area, so that a small red flower keeps its red beside a large wall.
+The palette is computed from the colour histogram of all frames. Colours are weighted by the square root of
+their area, so that a small red flower keeps its red beside a large wall.
 """
 
 import contextlib
@@ -15,25 +15,25 @@ from numpy.typing import NDArray
 from brushgs.formats.pictures.libav import Film, VideoWriter, video_frame
 from brushgs.formats.pictures.oiio import Pixels
 
-_BITS = 5  # of each channel; colours that agree in them are merged before the palette is chosen
+_BITS = 5  # per channel: colours equal in these are merged before the palette is computed
 _LLOYD_STEPS = 10
 
 
 class ColorCounts:
-    """How often each of the 2^24 colours was seen."""
+    """Histogram of the 2^24 colours."""
 
     def __init__(self) -> None:
         self._counts = np.zeros(1 << 24, np.int32)
 
     def add(self, pixels: NDArray[np.uint8]) -> None:
-        """Count every fourth pixel of a picture, uint8 [H, W, 3]; all of one below 2 x 2."""
+        """Count every fourth pixel of a picture, uint8 [H, W, 3]; all if it is below 2 x 2."""
         step = 2 if min(pixels.shape[:2]) >= 2 else 1
         red, green, blue = np.moveaxis(pixels[::step, ::step].astype(np.int32), -1, 0)
         colors, counts = np.unique(red << 16 | green << 8 | blue, return_counts=True)
         self._counts[colors] += counts.astype(np.int32)
 
     def palette(self, num_colors: int) -> NDArray[np.uint8]:
-        """[n, 3] at most so many colours that represent all; the most frequent one is among them."""
+        """A palette [n, 3] of at most `num_colors` colours, including the most frequent one."""
         seen = np.flatnonzero(self._counts)
         counts = self._counts[seen].astype(np.float64)
         colors = np.stack([seen >> 16, seen >> 8 & 255, seen & 255], axis=1)
@@ -50,10 +50,10 @@ class ColorCounts:
 def _centers(
     points: NDArray[np.float64], weights: NDArray[np.float64], num_centers: int
 ) -> NDArray[np.float64]:
-    """[n, 3] cluster centres: the widest group is split until there are enough, then Lloyd steps follow.
+    """[n, 3] cluster centres: repeatedly split the widest group until there are enough, then Lloyd steps.
 
-    There is no chance in it, as in the start of library k-means: equal frames have equal palettes. libav's
-    palettegen errs 1.2 to 1.4 times as much on six paintings, and 1.5 to 2 times where it errs most.
+    Unlike library k-means the start is not random, so equal frames have equal palettes. On six paintings the
+    mean error of libav's palettegen is 1.2 to 1.4 times as large, and its largest error 1.5 to 2 times.
     """
     from scipy.spatial import KDTree
 
@@ -74,7 +74,7 @@ def _centers(
 
 
 def _spread(points: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[float, int, float]:
-    """The widest axis of a group: its sum of squared distances from the mean, its index, and the mean."""
+    """The axis of largest spread of a group: sum of squared distances from the mean, its index, the mean."""
     means = weights @ points / weights.sum()
     squares = weights @ (points - means) ** 2
     axis = int(np.argmax(squares))
@@ -88,15 +88,15 @@ def _sums(groups: NDArray[np.int64], values: NDArray[np.float64], num_groups: in
 
 # An ordered dither is fixed on the screen. Error diffusion is more accurate in one frame, but crawls.
 _DITHER = "dither=bayer:bayer_scale=4"
-_NUM_COLORS = 255  # and one for "as in the last frame"
+_NUM_COLORS = 255  # and one entry for "unchanged since the last frame"
 
 
 class GifVideo(VideoWriter):
-    """A GIF, whose frames wait in a temporary file until its palette is known."""
+    """A GIF; frames are buffered in a temporary file until the palette is known."""
 
     def __init__(self, stack: contextlib.ExitStack, film: Film) -> None:
         super().__init__(stack, film, {"loop": "0" if film.loops else "-1"})
-        # Beside the video: memory or a small /tmp may have no room for all frames.
+        # Beside the video: all frames may not fit into memory or a small /tmp.
         self._spool = stack.enter_context(tempfile.TemporaryFile(dir=film.path.parent))  # noqa: SIM115
         self._colors = ColorCounts()
 
@@ -118,7 +118,7 @@ class GifVideo(VideoWriter):
 
 
 def _palette_graph(width: int, height: int, rate: Fraction, colors: NDArray[np.uint8]) -> tuple[Any, Any]:
-    """Filters from RGB to palette colours: the graph, and its input for frames."""
+    """Filter graph from RGB to palette colours, and its input for frames."""
     import av
 
     entries = np.full((256, 4), 255, np.uint8)

@@ -1,11 +1,10 @@
-"""Pictures are read and written through OpenImageIO, in the formats of `table.py`.
+"""Read and write pictures with OpenImageIO, in the formats of `table.py`.
 
-OpenImageIO has decoders for some twenty-five formats and chooses by the suffix; brushgs lets it use those of
-the table, chosen by content, and refuses costly pictures before they are decoded.
+OpenImageIO has decoders for some twenty-five formats and chooses by suffix; brushgs allows those of the
+table, chosen by content, and refuses costly pictures before they are decoded.
 
-Inside brushgs pictures are display-encoded float32 in 0 to 1. Files that hold linear light (EXR) are
-converted here. By default OpenImageIO multiplies colour by alpha on reading, in 8 bits; here it is set not
-to, so that straight colours are read bit for bit.
+Within brushgs, pictures are display-encoded float32, 0 to 1. Files in linear light (EXR) are converted here.
+OpenImageIO's premultiplication on reading (in 8 bits) is turned off, so straight colours are exact.
 """
 
 import shutil
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
     import OpenImageIO
 
 
-MAX_PIXELS = 1 << 25  # 7680 x 4320 and a little more: as float RGBA they take half a gigabyte
+MAX_PIXELS = 1 << 25  # slightly above 7680 x 4320: half a gigabyte as float RGBA
 
 
 def check_pixels(path: Path, width: int, height: int, max_pixels: int) -> None:
@@ -44,10 +43,10 @@ def check_pixels(path: Path, width: int, height: int, max_pixels: int) -> None:
 
 
 def find_format(path: Path, max_pixels: int) -> Format:
-    """The format of a picture, checked as far as is needed before a decoder opens it.
+    """The format of a picture, after the checks that must precede decoding.
 
-    Raises SceneError if there is no such plain file, it is of no known format, or would take too much memory
-    or time.
+    Raises SceneError if the plain file does not exist, has no known format, or would take too much memory or
+    time.
     """
     with open_plain(path, "picture") as file:
         begin = file.read(NUM_FIRST_BYTES)
@@ -62,7 +61,7 @@ def find_format(path: Path, max_pixels: int) -> Format:
 
 @contextmanager
 def suffixed(path: Path, picture_format: Format) -> Iterator[Path]:
-    """A path to the file with a suffix of its format, so that no other decoder is tried first."""
+    """A path to the file with the suffix of its format, so that OpenImageIO tries that decoder first."""
     if path.suffix.lower() in picture_format.suffixes:
         yield path
         return
@@ -70,32 +69,32 @@ def suffixed(path: Path, picture_format: Format) -> Iterator[Path]:
         link = folder / f"picture{picture_format.suffixes[0]}"
         try:
             link.symlink_to(path.resolve())
-        except OSError:  # Windows makes links only for whom it trusts
+        except OSError:  # Windows allows links only to privileged users
             shutil.copyfile(path, link)
         yield link
 
 
-_MAX_CHANNELS = 4  # that are decoded at once, at MAX_PIXELS; smaller pictures may have more
-_MAX_LAYERED = 64  # the same of all channels of a picture whose decoder takes few rows at a time
+_MAX_CHANNELS = 4  # decoded at once for MAX_PIXELS; smaller pictures may have more
+_MAX_LAYERED = 64  # total channels for MAX_PIXELS, if the decoder works on a few rows at a time
 _NUM_ROWS = 64  # converted at a time
 
 
 def read_image(path: str | Path, *, max_pixels: int | None = None) -> F32:
-    """Read a picture in one of the formats of `PICTURES_READ`; its content decides, not its name.
+    """Read a picture in one of the formats of `PICTURES_READ`, detected by content, not by name.
 
-    This takes some 20 bytes of memory a pixel. Of a file with several pictures the first is read.
+    Needs some 20 bytes of memory per pixel. Of a file with several pictures the first is read.
 
     Args:
         path: the file.
-        max_pixels: a larger picture is refused by its header; None for `MAX_PIXELS`.
+        max_pixels: larger pictures are refused before decoding; None for `MAX_PIXELS`.
 
     Returns:
         [H, W, C] display-encoded values in 0 to 1 with straight (unassociated) alpha, upright; C is 1
         (grey), 2 (grey and alpha), 3 (RGB) or 4 (RGBA). Depth and other extra channels are skipped.
 
     Raises:
-        SceneError: if there is no such plain file, it is of no known format, is damaged or too large, or
-            holds NaN or infinity.
+        SceneError: if the plain file does not exist, has no known format, is damaged or too large, or holds
+            NaN or infinity.
     """
     path = Path(path)
     with _opened(path, MAX_PIXELS if max_pixels is None else max_pixels) as (source, picture_format):
@@ -104,9 +103,9 @@ def read_image(path: str | Path, *, max_pixels: int | None = None) -> F32:
 
 
 def read_bytes(path: Path, max_pixels: int) -> NDArray[np.uint8]:
-    """The pixels [H, W, C] of a picture of 8 bits a channel as stored, for such as hold other numbers.
+    """The stored bytes [H, W, C] of an 8-bit picture, for pictures that encode numbers other than colours.
 
-    Alpha is straight. Raises SceneError as `read_image` does, or if the picture is of more bits.
+    Alpha is straight. Raises SceneError as `read_image` does, or if the picture has more bits per channel.
     """
     import OpenImageIO
 
@@ -122,7 +121,7 @@ def read_bytes(path: Path, max_pixels: int) -> NDArray[np.uint8]:
 
 @contextmanager
 def _opened(path: Path, max_pixels: int) -> Iterator[tuple["OpenImageIO.ImageInput", Format]]:
-    """A picture whose header was checked, and its format. Raises SceneError as `read_image` does."""
+    """Open a picture, check its header, yield it and its format. Raises SceneError as `read_image` does."""
     import OpenImageIO
 
     picture_format = find_format(path, max_pixels)
@@ -137,7 +136,7 @@ def _opened(path: Path, max_pixels: int) -> Iterator[tuple["OpenImageIO.ImageInp
                 raise SceneError(path, f"cannot be read as a picture ({reason}); convert it to PNG")
             _check_spec(path, source.spec(), max_pixels)
             yield source, picture_format
-        except UnicodeDecodeError:  # a name in the file, or in the decoder's message
+        except UnicodeDecodeError:  # from a name in the file, or the message of the decoder
             raise SceneError(path, "is damaged (a text in it is not UTF-8); get it again") from None
         except MemoryError:
             raise SceneError(path, "takes more memory than there is; scale it down") from None
@@ -147,13 +146,13 @@ def _opened(path: Path, max_pixels: int) -> Iterator[tuple["OpenImageIO.ImageInp
 
 
 def _check_spec(path: Path, spec: "OpenImageIO.ImageSpec", max_pixels: int) -> None:
-    """Refuse by its header what is no flat picture or is too large to be decoded."""
+    """Refuse a picture whose header says that it is not flat, is empty, or is too large to decode."""
     if spec.deep or spec.depth > 1:
         raise SceneError(path, "holds a volume or deep pixels; save it as a flat picture")
     check_pixels(path, spec.width, spec.height, max_pixels)
     if not all(number > 0 for number in (spec.width, spec.height, spec.nchannels)):
         raise SceneError(path, "holds no pixels; get it again")
-    # Tiles are decoded completely, however small the picture is; of an EXR file without, blocks of rows.
+    # Tiles are decoded completely, however small the picture is; EXR files without tiles in blocks of rows.
     num_rows = 0 if spec.tile_width else spec.get_int_attribute("oiio:RowsPerChunk")
     num_rows = min(max(num_rows, _NUM_ROWS), spec.height) if num_rows else spec.height
     at_once = max(spec.width * num_rows, spec.tile_width * spec.tile_height * max(spec.tile_depth, 1))
@@ -165,7 +164,7 @@ def _check_spec(path: Path, spec: "OpenImageIO.ImageSpec", max_pixels: int) -> N
 
 
 def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear: bool) -> F32:
-    """Colour and alpha as `read_image` returns them, converted a few rows at a time to save memory."""
+    """Colour and alpha as returned by `read_image`, converted a few rows at a time to save memory."""
     spec = source.spec()
     has_alpha = 0 <= spec.alpha_channel < spec.nchannels
     others = [i for i in range(spec.nchannels) if i not in (spec.alpha_channel, spec.z_channel)]
@@ -198,7 +197,7 @@ def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear:
 
 
 def _stated_space(spec: "OpenImageIO.ImageSpec") -> str | None:
-    """The name of the Color Interop Forum in a header, if it is one that brushgs writes."""
+    """The Color Interop Forum name of the colour space in a header, if it is one that brushgs writes."""
     from brushgs.formats.pictures.exr.spaces import SPACES
 
     found = spec.get_string_attribute("colorInteropID")
@@ -208,9 +207,9 @@ def _stated_space(spec: "OpenImageIO.ImageSpec") -> str | None:
 def _blocks(
     path: Path, source: "OpenImageIO.ImageInput", spec: "OpenImageIO.ImageSpec", num_channels: int
 ) -> Iterator[tuple[int, F32]]:
-    """First row and pixels [rows, W, channels] of a picture, from the top; all at once if it has tiles.
+    """Blocks of rows from the top: first row, and pixels [rows, W, num_channels] of the first channels.
 
-    Of its channels the first are read.
+    A picture with tiles is one block.
     """
     import OpenImageIO
 
@@ -219,7 +218,7 @@ def _blocks(
         stop = min(start + step, spec.height)
         if spec.tile_width:
             pixels = source.read_image(0, 0, 0, num_channels, OpenImageIO.FLOAT)
-        else:  # the first row of a file may have any number
+        else:  # rows of a file may be numbered from any number
             place = spec.y + start, spec.y + stop, spec.z, 0, num_channels, OpenImageIO.FLOAT
             pixels = source.read_scanlines(0, 0, *place)
         if pixels is None:
@@ -228,7 +227,7 @@ def _blocks(
 
 
 def _upright(pixels: F32, spec: "OpenImageIO.ImageSpec") -> F32:
-    """Rotate and mirror a picture as its Exif orientation says, 1 to 8."""
+    """Rotate and mirror a picture by its Exif orientation, 1 to 8."""
     orientation = spec.get_int_attribute("Orientation", 1)
     if orientation in (5, 6, 7, 8):
         pixels = pixels.transpose(1, 0, 2)
@@ -250,24 +249,23 @@ def write_frame(
 ) -> None:
     """Write a frame; the suffix decides the format: .png, .jpg, .webp, .avif, .tif or .exr.
 
-    All but EXR are display-encoded, with straight alpha if there is no background. EXR holds linear
-    light, premultiplied as EXR asks for, always with alpha; the depth as channel Z if the frame has one, and
-    the layers of the frame; see `brushgs.formats.pictures.exr`. Equal frames give equal bytes.
+    All but EXR are display-encoded, with straight alpha if there is no background. EXR holds linear light,
+    premultiplied, always with alpha; the depth as channel Z if the frame has one, and the layers of the
+    frame; see `brushgs.formats.pictures.exr`. Equal frames give equal bytes.
 
     Args:
-        frame: the picture; of a format that `takes_strips` also in strips.
+        frame: the picture; may be in strips for a format that `takes_strips`.
         path: the name of the file; it appears when it is complete.
-        background: None keeps the transparency; one RGB colour or an [H, W, 3] array, display-encoded,
-            is put behind the picture, which is then written without alpha (EXR: with an alpha of 1).
-        bits: of each channel, 8 or 16 of .png and .tif, 8 or 10 of .avif; None for the usual number of the
-            format: 16 of .tif and .exr (half float), 8 of the others.
+        background: None keeps the transparency; one RGB colour or an [H, W, 3] array, display-encoded, is
+            put behind the picture, which is then written without alpha (EXR: with alpha 1).
+        bits: per channel: 8 or 16 for .png and .tif, 8 or 10 for .avif; None for the default of the format:
+            16 for .tif and .exr (half float), 8 for the others.
         colorspace: of an EXR file; None for linear light with Rec. 709 primaries.
-        shot: what is known of the picture beside its pixels: all but AVIF hold how it was painted, EXR holds
-            all of it.
+        shot: metadata: all formats but AVIF store how the picture was painted, EXR all of it.
 
     Raises:
-        ValueError: if the suffix is none of the above, the background does not fit, or there is none for a
-            JPEG or an AVIF, which hold no transparency; or if the format has not so many bits.
+        ValueError: if the suffix is none of the above, the background has another shape, it is None for a
+            JPEG or an AVIF (which have no transparency), or the format does not offer `bits`.
         SceneError: if the file cannot be written.
     """
     picture_format = find_written("picture", path)
@@ -284,7 +282,7 @@ def write_frame(
 
 
 def encode_frame(frame: Frame, suffix: str, background: Background = None, **options: Any) -> bytes:
-    """The bytes of the file that `write_frame` would write, with one of `PICTURE_SUFFIXES`.
+    """Encode a frame as `write_frame` does, but in memory; `suffix` is one of `PICTURE_SUFFIXES`.
 
     Raises ValueError as that does, and SceneError if the folder for temporary files is full.
     """
@@ -295,20 +293,20 @@ def encode_frame(frame: Frame, suffix: str, background: Background = None, **opt
         return path.read_bytes()
 
 
-Edges = Literal["mirror", "nearest"]  # what lies beyond a picture, as SciPy calls it
+Edges = Literal["mirror", "nearest"]  # boundary modes of SciPy
 
 
 def resize(picture: Array, width: int, height: int, *, edges: Edges = "mirror") -> Array:
-    """Interpolate between the four nearest pixels, after smoothing a side that becomes smaller.
+    """Resize by bilinear interpolation, with smoothing along a side that becomes smaller.
 
-    A side that becomes smaller by a factor f is smoothed by a Gaussian of (f - 1) / 2 pixels. The numbers are
-    those of scikit-image's `transform.resize`, which is made of the same functions of SciPy, bit for bit.
+    A side reduced by a factor f is smoothed by a Gaussian with a standard deviation of (f - 1) / 2 pixels.
+    Bit-identical to scikit-image's `transform.resize`, which uses the same functions of SciPy.
 
     Args:
         picture: [H, W, C] finite, H, W and C >= 1; else ValueError is raised.
         width: pixels, >= 1.
         height: pixels, >= 1.
-        edges: "mirror": the picture reflected about its outermost pixels; "nearest": these pixels again.
+        edges: beyond the picture: "mirror" reflects it about its outermost pixels, "nearest" repeats these.
 
     Returns:
         [height, width, C] in the dtype and within the range of the picture.

@@ -1,8 +1,8 @@
-"""Paintings in layers, as painting programs keep them: OpenRaster and, by psd-tools, Photoshop files.
+"""Layered files of painting programs: OpenRaster and, with psd-tools, Photoshop.
 
-OpenRaster is a zip of PNG files, one for each layer, and what they are together; Krita, MyPaint and GIMP read
-it. Layers have 8 bits a channel. Of a Photoshop file, programs without layers show what psd-tools makes of
-them all. Sources: freedesktop.org, OpenRaster 0.0.5; Adobe, Photoshop File Formats Specification.
+OpenRaster is a zip of PNG files, one per layer and the merged picture; Krita, MyPaint and GIMP read it.
+Layers have 8 bits per channel. The merged picture of a Photoshop file is composited by psd-tools.
+Sources: freedesktop.org, OpenRaster 0.0.5; Adobe, Photoshop File Formats Specification.
 """
 
 import io
@@ -28,7 +28,7 @@ LAYERED_READ = (".ora", ".psd")
 _MERGED, _STACK = "mergedimage.png", "stack.xml"
 _MAX_STACK, _MAX_LAYER = 1 << 20, 1 << 28  # bytes
 _MOST_LAYERS = 1000
-_THUMBNAIL_SIDE = 256  # pixels, the longest that the format takes
+_THUMBNAIL_SIDE = 256  # pixels, the longest side that the format allows
 _MODES = {"src-over": "NORMAL", "multiply": "MULTIPLY", "color-dodge": "COLOR_DODGE", "plus": "LINEAR_DODGE"}
 
 
@@ -38,8 +38,8 @@ def write_ora(frame: Frame, path: str | Path, background: Background, *, shot: S
     Args:
         frame: with its `sheets`.
         path: the name of the file; it appears when it is complete.
-        background: as `write_frame` takes it; of transparent pictures the lowest layer.
-        shot: for the metadata, which the merged picture holds.
+        background: see `write_frame`; becomes the lowest layer of a transparent picture.
+        shot: metadata, stored in the merged picture.
 
     Returns:
         The number of layers. Raises SceneError if the file cannot be written.
@@ -50,13 +50,13 @@ def write_ora(frame: Frame, path: str | Path, background: Background, *, shot: S
     files |= {_MERGED: encode_frame(frame, ".png", background, shot=shot)}
     files |= {"Thumbnails/thumbnail.png": _thumbnail(frame, background), _STACK: _stack_of(sheets, frame)}
     with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
-        for name, content in files.items():  # the type first; PNG files are not compressed twice
-            archive.writestr(zipfile.ZipInfo(name), content)  # of 1980: equal pictures are equal files
+        for name, content in files.items():  # "mimetype" must come first; PNG is already compressed
+            archive.writestr(zipfile.ZipInfo(name), content)  # dated 1980: equal frames give equal files
     return len(sheets)
 
 
 def write_psd(frame: Frame, path: str | Path, background: Background, *, shot: Shot | None = None) -> int:
-    """Write the layers of a frame; arguments, result and errors as of `write_ora`, but `shot` is not stored.
+    """Write the layers of a frame; as `write_ora`, but `shot` is not stored.
 
     Raises ImportError if psd-tools is not installed, see `check_encoding`.
     """
@@ -76,7 +76,7 @@ def write_psd(frame: Frame, path: str | Path, background: Background, *, shot: S
 
 
 def _on_background(frame: Frame, background: Background) -> tuple[Sheet, ...]:
-    """The layers over a background; light that their colours, of at most 1, cannot hold there is added."""
+    """The layers over a background. A layer "light" adds what the layers, clipped to 1, lack."""
     if background is None or (frame.alpha == 1).all():
         return frame.sheets
     color = np.broadcast_to(np.asarray(background, frame.rgb.dtype), frame.rgb.shape)
@@ -107,7 +107,7 @@ def _thumbnail(frame: Frame, background: Background) -> bytes:
 
 
 def _stack_of(sheets: tuple[Sheet, ...], frame: Frame) -> bytes:
-    """The layers as XML, the uppermost first."""
+    """The XML list of layers, the topmost first."""
     height, width = frame.alpha.shape
     image = ElementTree.Element("image", version="0.0.5", w=str(width), h=str(height))
     stack = ElementTree.SubElement(image, "stack")
@@ -120,18 +120,18 @@ def _stack_of(sheets: tuple[Sheet, ...], frame: Frame) -> bytes:
 
 
 def merged_picture(path: Path) -> bytes:
-    """The merged picture of an OpenRaster file, as PNG. Raises SceneError if it is none, or damaged."""
+    """The merged picture of an OpenRaster file as PNG. Raises SceneError for another or a damaged file."""
     with open_zip(path) as archive:
         return _member(path, archive, _MERGED, _MAX_LAYER)
 
 
 def read_layer(path: Path, name: str) -> F32 | None:
-    """The picture of a layer, in the size of the whole; None if no layer has that name, in any case.
+    """Read a layer by name (ignoring case), placed on the whole canvas; None if there is no such layer.
 
-    Of several layers of a name it is the uppermost: [H, W, 4] display-encoded, 0 to 1, straight alpha, times
-    the opacity of the layer. How it mixes with others is not read.
+    Of several layers with that name, the topmost: [H, W, 4] display-encoded, 0 to 1, straight alpha times the
+    opacity of the layer. Its blend mode is not read.
 
-    Raises SceneError if the file, .ora or .psd, cannot be read; or, of .psd, without psd-tools.
+    Raises SceneError if the file, .ora or .psd, cannot be read, or psd-tools is missing for .psd.
     """
     return _of_psd(path, name) if path.suffix.lower() == ".psd" else _of_ora(path, name)
 
@@ -141,7 +141,7 @@ def _of_ora(path: Path, name: str) -> F32 | None:
         try:
             image = ElementTree.fromstring(_member(path, archive, _STACK, _MAX_STACK))
             width, height = int(image.get("w", "0")), int(image.get("h", "0"))
-            layers = islice(image.iter("layer"), _MOST_LAYERS)  # the uppermost first
+            layers = islice(image.iter("layer"), _MOST_LAYERS)  # the topmost first
             found = next((one for one in layers if _is(one.get("name"), name)), None)
             if found is None:
                 return None
@@ -162,7 +162,7 @@ def _of_ora(path: Path, name: str) -> F32 | None:
 
 
 def _member(path: Path, archive: zipfile.ZipFile, name: str, most: int) -> bytes:
-    """A file of an archive. Raises SceneError if it is missing, damaged or larger than `most` bytes."""
+    """Read a member of an archive. Raises SceneError if missing, damaged or larger than `most` bytes."""
     try:
         return read_member(path, archive, name, most, "save it again, smaller if that is why")
     except KeyError:
@@ -185,7 +185,7 @@ def _of_psd(path: Path, name: str) -> F32 | None:
         layers = [one for one in image.descendants() if not one.is_group() and _is(one.name, name)]
         if not layers:
             return None
-        layer = layers[-1]  # they are listed from below
+        layer = layers[-1]  # listed from the bottom
         pixels = np.asarray(layer.numpy(), np.float32)
     except SceneError:
         raise
@@ -196,7 +196,7 @@ def _of_psd(path: Path, name: str) -> F32 | None:
 
 
 def _on_canvas(pixels: F32, place: tuple[int, int], size: tuple[int, int], opacity: float) -> F32:
-    """A layer [h, w, C] at its place in the whole picture."""
+    """Place a layer [h, w, C] on a canvas [height, width, 4], multiplying alpha by `opacity`."""
     (left, top), (width, height) = place, size
     rgba = with_alpha(pixels)
     canvas = np.zeros((height, width, 4), np.float32)
@@ -208,7 +208,7 @@ def _on_canvas(pixels: F32, place: tuple[int, int], size: tuple[int, int], opaci
 
 
 def with_alpha(pixels: F32 | F64) -> F32:
-    """[H, W, 4] of 1 to 4 channels; opaque where there is no alpha."""
+    """RGBA [H, W, 4] of pixels with 1 to 4 channels; opaque if there is no alpha."""
     has_alpha = pixels.shape[2] in (2, 4)
     colors = pixels[..., : pixels.shape[2] - has_alpha]
     rgb = np.broadcast_to(colors, (*pixels.shape[:2], 3))

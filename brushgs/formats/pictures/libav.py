@@ -1,10 +1,10 @@
-"""Videos and AVIF: frames go through filters into an encoder, with libav (PyAV).
+"""Encode videos and AVIF with libav (PyAV): frames pass a filter graph into an encoder.
 
-Equal frames give equal bytes on every machine: encoders run in a fixed number of threads, and no time of day,
-random number or version of the writer is written.
+Equal frames give equal bytes on every machine: encoders use a fixed number of threads, and no time of day,
+random number or version of the writer is stored.
 
-For pixels of more than 8 bits RGB becomes luma and chroma here, by BT.709 in limited range: libav's scaler
-rounds those up, so that luma came out one or two levels of ten bits too bright, and alpha one too opaque.
+Above 8 bits, RGB is converted to luma and chroma here, by BT.709 in limited range: libav's scaler rounds up,
+which made luma one or two 10-bit levels too bright, and alpha one too opaque.
 Source: ITU-R BT.709-6, items 3.2 to 3.5.
 """
 
@@ -39,12 +39,12 @@ _FROM_RGB = np.array(
 
 
 def planes_of(pixels: Pixels, bits: int, *, halves_chroma: bool) -> list[Pixels]:
-    """Luma, two planes of chroma, and alpha where there is one.
+    """Convert pixels to planes of luma, two of chroma, and alpha if there is a fourth channel.
 
     Args:
-        pixels: [H, W, 3 or 4] over the full range of their type.
-        bits: of a sample, 9 to 16; as limited range: 10 bits of luma are 64 to 940. Alpha has the full range.
-        halves_chroma: whether chroma has a sample for each 2 x 2 pixels, their mean; sides must be even then.
+        pixels: [H, W, 3 or 4] over the full range of their dtype.
+        bits: of a sample, 9 to 16, in limited range: 10-bit luma is 64 to 940. Alpha has the full range.
+        halves_chroma: whether chroma is subsampled by 2 x 2 (mean); sides must be even then.
     """
     values = pixels * np.float32(1 / np.iinfo(pixels.dtype).max)
     luma, *chroma = np.moveaxis(values[..., :3] @ _FROM_RGB.T, -1, 0)
@@ -63,30 +63,30 @@ def _samples(samples: F32) -> Pixels:
     return np.asarray(samples + np.float32(0.5)).astype(np.uint16)
 
 
-# Encoders give other bytes for another number of threads, so it must not depend on the machine.
+# The bytes depend on the number of threads, so it must not depend on the machine.
 _NUM_THREADS = 4
-# By default the scaler converts by the matrix of standard television (BT.601), up to 16 levels away.
-# Chroma is the mean of its 2 x 2 pixels.
+# By default the scaler uses the BT.601 matrix, which is off by up to 16 levels. Chroma is the mean of its
+# 2 x 2 pixels.
 _TO_BT709 = (
     "flags=area+accurate_rnd+full_chroma_inp+bitexact:in_range=full:out_range=tv:out_color_matrix=bt709"
 )
-_BT709 = 1  # primaries, transfer and matrix have the same number in all codecs
+_BT709 = 1  # code of the primaries, transfer and matrix in all codecs
 _TV_RANGE = 1  # 16 to 235
-_FORMATS = {3: "rgb24", 4: "rgba"}  # of pixels of 8 bits, by the number of channels
+_FORMATS = {3: "rgb24", 4: "rgba"}  # number of channels -> 8-bit pixel format
 _NOTHING_RANDOM = {"fflags": "+bitexact"}  # no random number and no version of the writer in the file
-# The index precedes the frames, so that a browser plays what it has received.
+# The index precedes the frames, so that a browser can play while it downloads.
 _INDEX_FIRST = _NOTHING_RANDOM | {"movflags": "+faststart"}
-OF_QUICKTIME = ("mp4", "mov")  # containers, as libav calls them
+OF_QUICKTIME = ("mp4", "mov")  # names of the containers in libav
 
 
 class Encoder(NamedTuple):
-    """How libav is to encode a video."""
+    """Settings of an encoder of libav."""
 
     name: str  # in libav
-    pixels: str  # how it takes them: a name of libav
-    options: Mapping[str, str]  # for it
-    tag: str | None = None  # of the codec in .mp4 and .mov, four letters; None for the usual one
-    # frames by which decoding is ahead of showing, where the encoder does not say so reliably
+    pixels: str  # input pixel format, a name of libav
+    options: Mapping[str, str]  # of the encoder
+    tag: str | None = None  # codec tag in .mp4 and .mov, four letters; None for the default
+    # frames by which decoding is ahead of presentation, if the encoder does not report it reliably
     delay: int | None = None
 
 
@@ -95,54 +95,54 @@ def _encoder(codec: str, encoding: Encoding) -> Encoder:
     luma_and_chroma = "yuv420p" if encoding.bits == 8 else "yuv420p10le"
     match codec:
         case "h264":
-            # The error of the preset "medium" at a crf of 18, which is considered visually lossless, in 0.45
-            # of its time and 1.11 of its bytes. x264's macroblock tree reads uninitialised memory: bytes
+            # Same error as the preset "medium" at crf 18, which is considered visually lossless, in 0.45 of
+            # its time and 1.11 of its bytes. x264's macroblock tree reads uninitialised memory: bytes
             # differed in 39 of 600 runs, and with MALLOC_PERTURB_. Without it files are 8 % larger, but
-            # repeatable.
+            # reproducible.
             options = {"crf": "17", "preset": "veryfast", "x264-params": "no-mbtree=1"}
             return Encoder("libx264", luma_and_chroma, options)
         case "h265":
-            # Half a decibel below x264 here, in 52 % of the bytes (10 bit). Worker threads and frames in
-            # flight by number, for x265 takes as many as the machine has; it writes its version and options
-            # into the stream unless it is told not to, and its progress to the terminal.
+            # Half a decibel below x264, in 52 % of the bytes (10 bit). The numbers of worker and frame
+            # threads are fixed, as x265 otherwise uses those of the machine. By default it also writes its
+            # version and options into the stream, and its progress to the terminal.
             parameters = "log-level=none:info=0:pools=4:frame-threads=2"
             options = {"crf": "18", "preset": "medium", "x265-params": parameters}
-            # QuickTime and Safari play no other tag. x265 knows the delay from the third frame on: time
-            # stamps of shorter films were arbitrary.
+            # QuickTime and Safari play no other tag. x265 knows the delay only from the third frame on:
+            # timestamps of shorter videos were arbitrary.
             return Encoder("libx265", luma_and_chroma, options, tag="hvc1", delay=2)
         case "prores":
             pixels = "yuva444p10le" if encoding.has_alpha else "yuv444p10le"
-            # Some programs open only what says it is Apple's.
+            # Some programs open only files with Apple's vendor tag.
             return Encoder("prores_ks", pixels, {"profile": "4444", "vendor": "apl0"})
         case "vp9":
-            # The scale of crf is not that of H.264: 24 gives about the same error as 17 there.
+            # crf is scaled differently from H.264: 24 gives about the same error as 17 there.
             options = {"crf": "24", "b": "0", "deadline": "good", "cpu-used": "4"}
             options |= {"row-mt": "1", "tile-columns": "2"}
             if not encoding.has_alpha:
                 return Encoder("libvpx-vp9", "yuv420p", options)
-            # Frames that are not shown would have no picture of alpha beside them, and are refused.
+            # Hidden alternate reference frames have no alpha counterpart, and the encoder refuses them.
             return Encoder("libvpx-vp9", "yuva420p", options | {"auto-alt-ref": "0"})
-    # crf: the error of a JPEG of quality 95, in a third of its bytes; lp: threads, fixed as of videos.
+    # AVIF. crf: the error of a JPEG of quality 95, in a third of its bytes; lp: number of threads, fixed.
     return Encoder("libsvtav1", luma_and_chroma, {"crf": "16", "preset": "6", "svtav1-params": "lp=1"})
 
 
 @dataclass(frozen=True)
 class Film:
-    """What is known of a video before its first frame."""
+    """Parameters of a video to write."""
 
     path: Path  # the file
-    codec: str  # as `_encoder` takes it
+    codec: str  # see `_encoder`
     container: str  # its name in libav
     # width and height of the video, pixels; smaller frames are padded at their right and lower edge
     size: tuple[int, int]
-    rate: Fraction  # frames a second
-    encoding: Encoding  # bits of a channel, and whether there is transparency
-    loops: bool = False  # whether it starts over at its end, where the format can say so
-    eyes: str | None = None  # arrangement of two eyes, see `Panorama`; None for one
+    rate: Fraction  # frames per second
+    encoding: Encoding  # bits per channel, and whether alpha is stored
+    loops: bool = False  # whether it repeats, if the format can store that
+    eyes: str | None = None  # stereo layout, see `Panorama`; None for one eye
 
 
 class VideoWriter:
-    """A video that is being written; this much all kinds share. The stack closes the file."""
+    """Base class of video writers. The exit stack closes the file."""
 
     def __init__(self, stack: contextlib.ExitStack, film: Film, options: Mapping[str, str]) -> None:
         import av
@@ -151,7 +151,7 @@ class VideoWriter:
         self._container: Any = av.open(str(film.path), "w", format=film.container, options=dict(options))
 
         def close() -> None:
-            # After an error the rest cannot be written either; that error is the one to report.
+            # After an error closing fails too; the first error is the one to report.
             with contextlib.suppress(av.FFmpegError):
                 self._container.close()
 
@@ -166,7 +166,7 @@ class VideoWriter:
         self._count += 1
 
     def finish(self) -> None:
-        """Write what is still buffered, and the index; no frame may follow. Further calls do nothing."""
+        """Write buffered frames and the index; no frame may follow. Further calls do nothing."""
         if not self._is_finished:
             self._is_finished = True
             self._flush()
@@ -180,7 +180,7 @@ class VideoWriter:
 
 
 class EncodedVideo(VideoWriter):
-    """A video whose colours are converted by BT.709 and tagged so."""
+    """A video whose colours are converted and tagged as BT.709."""
 
     def __init__(self, stack: contextlib.ExitStack, film: Film) -> None:
         is_quicktime = film.container in OF_QUICKTIME
@@ -230,7 +230,7 @@ class EncodedVideo(VideoWriter):
 
 
 def _graph(film: Film, pixels: str) -> Any:
-    """Filters from frames of 8 bits to the pixels that an encoder takes."""
+    """Filter graph from 8-bit frames to the pixel format of an encoder."""
     import av
 
     graph = av.filter.Graph()
@@ -244,7 +244,7 @@ def _graph(film: Film, pixels: str) -> Any:
 
 @contextlib.contextmanager
 def as_scene_error(path: Path) -> Iterator[None]:
-    """Errors of libav in writing as SceneErrors."""
+    """Convert errors of libav while writing to SceneErrors."""
     import av
 
     try:
@@ -254,7 +254,7 @@ def as_scene_error(path: Path) -> Iterator[None]:
 
 
 def _deep_frame(pixels: Pixels, name: str, bits: int) -> Any:
-    """Pixels [H, W, 3 or 4] of 16 bits as a frame of planes, in a format of libav."""
+    """16-bit pixels [H, W, 3 or 4] as a planar frame; `name` is a pixel format of libav."""
     import av
 
     frame = av.VideoFrame(pixels.shape[1], pixels.shape[0], name)
@@ -263,13 +263,13 @@ def _deep_frame(pixels: Pixels, name: str, bits: int) -> Any:
         rows = np.zeros((plane.height, plane.line_size // samples.itemsize), samples.dtype)
         rows[:, : plane.width] = samples
         plane.update(rows.tobytes())
-    frame.colorspace = frame.color_primaries = frame.color_trc = _BT709  # ProRes writes those of each frame
+    frame.colorspace = frame.color_primaries = frame.color_trc = _BT709  # ProRes stores those of each frame
     frame.color_range = _TV_RANGE
     return frame
 
 
 def video_frame(pixels: Pixels, index: int, rate: Fraction) -> Any:
-    """Pixels [H, W, 3 or 4] of 8 bits as frame `index` of a video."""
+    """8-bit pixels [H, W, 3 or 4] as frame `index` of a video."""
     import av
 
     frame = av.VideoFrame.from_ndarray(pixels, format=_FORMATS[pixels.shape[2]])
@@ -290,7 +290,7 @@ def write_avif(frame: Frame, path: str | Path, background: Background, *, bits: 
         raise ValueError(f"{rule}, got {width}x{height}; use .png")
     if bits > 8 and (height % 2 or width % 2):
         raise ValueError(f"an AVIF of {bits} bits must have even sides, got {width}x{height}; use 8 bits")
-    os.environ.setdefault("SVT_LOG", "1")  # errors only: it describes itself on the terminal
+    os.environ.setdefault("SVT_LOG", "1")  # log errors only: by default it prints its settings
     with (
         defer_stop(),
         replacing(path) as temporary,
@@ -306,11 +306,11 @@ def write_avif(frame: Frame, path: str | Path, background: Background, *, bits: 
 
 @contextlib.contextmanager
 def _scheduling_kept() -> Iterator[None]:
-    """Undo what SVT-AV1 does where the user is root: it makes the thread that calls it a real-time one.
+    """Restore the scheduling policy of the calling thread, which SVT-AV1 makes real-time for root.
 
-    Threads and processes that this one begins later would be so, too, and all others would wait for them.
+    Threads and processes started later would inherit it, and starve all others.
     """
-    if not hasattr(os, "sched_getscheduler"):  # macOS and Windows, where it does not
+    if not hasattr(os, "sched_getscheduler"):  # macOS and Windows are not affected
         yield
         return
     before = os.sched_getscheduler(0), os.sched_getparam(0)

@@ -1,8 +1,8 @@
-"""The metadata of a picture: one line of JSON in its file, which says how it was painted.
+"""The metadata of a picture: one line of JSON in its file that describes how it was painted.
 
-PNG, JPEG, TIFF and OpenEXR hold it as the image description, WebP as that of its Exif data, videos as their
-comment. libav writes none to AVIF and GIF. No folder, user or date is in it, so equal pictures stay equal
-files.
+PNG, JPEG, TIFF and OpenEXR store it as image description, WebP in the description of its Exif data, videos as
+comment. AVIF and GIF have none, as libav does not write it. It contains no folder, user or date, so equal
+pictures give equal files.
 """
 
 import json
@@ -21,14 +21,14 @@ from brushgs.values.camera import Camera
 from brushgs.values.shot import Origin, Shot
 from brushgs.version import __version__
 
-DESCRIPTION = "ImageDescription"  # of OpenImageIO
-COMMENT = "comment"  # of libav
-SIDECAR = ".json"  # after the name of a picture
-_MAX_LENGTH = 60_000  # characters: a JPEG holds 65,533 in one piece
+DESCRIPTION = "ImageDescription"  # key in OpenImageIO
+COMMENT = "comment"  # key in libav
+SIDECAR = ".json"  # appended to the name of a picture
+_MAX_LENGTH = 60_000  # characters: a segment of a JPEG holds 65,533
 
 
 class CameraMetadata(msgspec.Struct, frozen=True):
-    """The camera of a picture, or of the first frame of a film; see `Camera`, whose matrices are in rows."""
+    """Camera of a picture, or of the first frame of a video, see `Camera`; matrices are row by row."""
 
     width: int
     height: int
@@ -38,20 +38,20 @@ class CameraMetadata(msgspec.Struct, frozen=True):
 
 
 class Metadata(msgspec.Struct, frozen=True):
-    """What a picture says of itself."""
+    """Content of the metadata."""
 
     brushgs: str  # version of the program
-    command: str  # see `Origin`, like `inputs`
-    inputs: str = ""  # their digest
-    camera: CameraMetadata | None = None  # None where the file shows no single view
+    command: str  # see `Origin`
+    inputs: str = ""  # digest of the inputs, see `Origin`
+    camera: CameraMetadata | None = None  # None if the picture has no single view
 
     def is_of(self, origin: Origin) -> bool:
-        """Whether this version would paint the same picture again."""
+        """Whether this version of the program would paint the same picture from `origin`."""
         return (self.brushgs, self.command, self.inputs) == (__version__, origin.command, origin.inputs)
 
 
 def metadata_text(shot: Shot | None) -> str:
-    """The metadata as a file holds it, in ASCII; "" without an origin, or where it is too long."""
+    """The metadata as ASCII text; "" without an origin, or if it is too long."""
     if shot is None or shot.origin is None:
         return ""
     camera = None if shot.camera is None else _camera(shot.camera)
@@ -70,9 +70,9 @@ def described(shot: Shot | None) -> dict[str, Any]:
 
 
 def read_metadata(path: Path) -> Metadata | None:
-    """The metadata of a picture or video; None if it has none.
+    """Read the metadata of a picture or video; None if it has none.
 
-    Raises SceneError if there is no such file, or it is no picture or video that can be read.
+    Raises SceneError if the file does not exist, or cannot be read as a picture or video.
     """
     if is_drawing(path):
         from brushgs.formats.pictures.svg import read_description
@@ -96,9 +96,9 @@ def read_metadata(path: Path) -> Metadata | None:
 
 
 def metadata_of(path: Path) -> Metadata | None:
-    """The metadata of a picture with its camera, or the file of `write_sidecar` beside it; or None.
+    """The metadata of a picture; if it states no camera, that of its sidecar file, if there is one.
 
-    Raises SceneError if there is no such picture, or the file beside it is damaged.
+    Raises SceneError if the picture does not exist, or the sidecar is damaged.
     """
     found = read_metadata(path)
     beside = sidecar_of(path)
@@ -112,9 +112,9 @@ def metadata_of(path: Path) -> Metadata | None:
 
 
 def camera_of(path: Path) -> Camera | None:
-    """The camera that a picture states, or the file of `write_sidecar` beside it; None if none does.
+    """The camera stated by a picture or its sidecar; None if neither does.
 
-    Raises SceneError if there is no such picture, or the file beside it is damaged.
+    Raises SceneError if the picture does not exist, the sidecar is damaged, or the camera is invalid.
     """
     found = metadata_of(path)
     if found is None or (camera := found.camera) is None:
@@ -127,12 +127,12 @@ def camera_of(path: Path) -> Camera | None:
 
 
 def sidecar_of(path: Path) -> Path:
-    """The file of metadata beside a picture: frame.png.json."""
+    """Path of the sidecar of a picture: frame.png.json."""
     return path.with_name(path.name + SIDECAR)
 
 
 def write_sidecar(path: Path, shot: Shot) -> Path:
-    """Write the metadata of a picture beside it, for programs that drop what is in it; returns the file.
+    """Write the metadata of a picture to a sidecar, for programs that strip it from files; returns its path.
 
     Raises SceneError if it cannot be written.
     """
@@ -143,7 +143,7 @@ def write_sidecar(path: Path, shot: Shot) -> Path:
 
 
 def is_painted_by(path: Path, origin: Origin) -> bool:
-    """Whether a file holds the picture that is to be painted; False where it cannot be read."""
+    """Whether a file already holds the picture of `origin`; False if it cannot be read."""
     try:
         found = read_metadata(path) if exists(path) else None
     except SceneError:
@@ -176,7 +176,7 @@ def _description(path: Path) -> str:
     import OpenImageIO
 
     picture_format = find_format(path, MAX_PIXELS)
-    if picture_format.name == "WebP":  # OpenImageIO passes over its Exif data
+    if picture_format.name == "WebP":  # OpenImageIO ignores its Exif data
         from brushgs.formats.pictures.still import read_description
 
         return read_description(path)

@@ -1,8 +1,8 @@
-"""Numbered picture files, and the manifest beside them that records which painting they belong to.
+"""Numbered picture files, and a manifest beside them that records which painting they belong to.
 
 The manifest of `FOLDER/%05d.png` is `FOLDER/.%05d.png.json`, see `read_record`: its heading describes the
-painting, an entry is a finished frame with the size of its file. A frame is done if the manifest lists it and
-its file has that size, so files of an earlier painting are never mistaken for frames of this one.
+painting, each entry is a finished frame with its file size. A frame is done if the manifest lists it and its
+file has that size, so files of an earlier painting are never mistaken for frames of this one.
 """
 
 import re
@@ -21,17 +21,17 @@ DEFAULT_NAME = "%05d.png"
 
 @dataclass(frozen=True)
 class NumberedFiles:
-    """The files of a sequence: a folder, and a name with a placeholder for the number of the frame."""
+    """The files of a sequence: a folder, and a name with a placeholder for the frame number."""
 
-    folder: Path  # where they are
+    folder: Path  # of the files
     name: str  # such as "%05d.png"
 
     @classmethod
     def of(cls, path: Path, suffixes: tuple[str, ...]) -> "NumberedFiles":
-        """The files that a pattern such as frames/%05d.png stands for.
+        """Parse a pattern such as frames/%05d.png.
 
-        Raises ValueError if the name does not hold one placeholder, the folder does, or the suffix is none of
-        `suffixes`.
+        Raises ValueError if the name does not have exactly one placeholder, the folder has one, or the suffix
+        is not in `suffixes`.
         """
         rule, cure = "", ""
         if "%" in str(path.parent):
@@ -59,39 +59,39 @@ class NumberedFiles:
         return self.folder / f".{self.name}.json"
 
     def named(self, name: str) -> Path:
-        """A file that belongs to all frames: `shot.strokes.json` beside shot.%04d.exr."""
+        """Path of a file shared by all frames: `shot.strokes.json` beside shot.%04d.exr."""
         stem = _NUMBER.sub("", self.name.rpartition(".")[0]).strip(" ._-")
         return self.folder / (f"{stem}.{name}" if stem else name)
 
     def path(self, index: int) -> Path:
-        """The file of a frame, from 0."""
+        """The file of a frame; numbers start at 0."""
         return self.folder / (self.name % index)
 
     def number(self, path: Path) -> int | None:
-        """The number of the frame that a file name stands for; None if it matches no frame."""
+        """The frame number in a file name; None if it does not match the pattern."""
         before, after = _NUMBER.split(self.name)
         match = re.fullmatch(f"{re.escape(before)}([0-9]+){re.escape(after)}", path.name)
         return int(match[1]) if match and self.path(int(match[1])).name == path.name else None
 
     def numbers(self) -> list[int]:
-        """The numbers of the frames that exist, in order."""
+        """The numbers of the existing frames, ascending."""
         found = (self.number(path) for path in self.folder.glob("*"))
         return sorted(number for number in found if number is not None)
 
 
 @dataclass
 class Manifest:
-    """What is recorded of the frames of a sequence."""
+    """Record of the finished frames of a sequence."""
 
     files: NumberedFiles  # the frames
-    painting: Mapping[str, Any]  # all that they depend on: name -> number, text or None, ready for JSON
+    painting: Mapping[str, Any]  # everything they depend on: name -> number, text or None, ready for JSON
     sizes: dict[int, int] = field(default_factory=dict)  # bytes of each finished frame, by number
 
     @classmethod
     def read(cls, files: NumberedFiles) -> "Manifest | None":
-        """The manifest beside the frames; None if there is none.
+        """Read the manifest beside the frames; None if there is none.
 
-        Raises SceneError if it cannot be read, or is something else.
+        Raises SceneError if it cannot be read, or is no manifest.
         """
         fault = "is no manifest of frames; remove it, or omit --resume to paint all frames again"
         found = read_record(files.manifest, "painting", fault)
@@ -111,7 +111,7 @@ class Manifest:
         note_written(*(self.files.path(index) for index in self.sizes))
 
     def add(self, index: int, content: bytes) -> None:
-        """Write a frame, completely or not at all, then its line of the manifest.
+        """Write a frame, completely or not at all, then add its entry to the manifest.
 
         Raises SceneError if either cannot be written.
         """

@@ -1,9 +1,8 @@
-"""What the writers of pictures and videos share: pixels, rounded once from float, and OpenImageIO.
+"""Shared by the writers of pictures and videos: quantised pixels, and output with OpenImageIO.
 
-By default OpenImageIO divides colour by alpha on writing; here it is set not to, so that straight colours
-are written bit for bit. Videos of 8 bits take 8, others 16, which their encoder rounds to its own number.
-Their transparency is straight (colours are not multiplied by alpha), as readers of ProRes 4444 and of VP9 in
-browsers expect.
+OpenImageIO's division by alpha on writing is turned off, so straight colours are stored exactly. 8-bit videos
+take 8-bit pixels, others 16-bit ones, which the encoder rounds. Their alpha is straight, as readers of ProRes
+4444, and of VP9 in browsers, expect.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,8 +19,8 @@ from brushgs.formats.files import replacing
 from brushgs.values.arrays import Array
 from brushgs.values.frame import Frame
 
-# Without a date OpenImageIO writes the time of day, and equal frames would give different bytes.
 _HEADER = 1 << 12  # bytes of a file beside its pixels, at most
+# Without a date OpenImageIO writes the current time, and equal frames would give different bytes.
 NO_DATE = "1970:01:01 00:00:00"
 Background = Sequence[float] | Array | None  # one RGB colour or [H, W, 3], display-encoded; None for none
 
@@ -32,21 +31,21 @@ def _with_alpha(frame: Frame) -> Array:
 
 
 def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.unsignedinteger[Any]]:
-    """Values 0 to 1 as integers of the full range of `dtype`, halves rounded up, others clipped."""
+    """Quantise values, clipped to 0 to 1, to the full range of `dtype`; halves are rounded up."""
     return np.asarray(np.clip(values, 0, 1) * np.iinfo(dtype).max + 0.5).astype(dtype)
 
 
 @dataclass(frozen=True, eq=False)
 class Strips:
-    """A frame in strips from the top, none of which is kept."""
+    """A frame as a stream of horizontal strips, for pictures larger than memory."""
 
-    height: int  # of the picture, pixels
+    height: int  # of the whole picture, pixels
     width: int  # pixels
-    frames: Callable[[], Iterator[Frame]]  # the strips; all are painted anew each time
+    frames: Callable[[], Iterator[Frame]]  # yields the strips from the top; each call renders them again
 
 
 def _strips_of(frame: Strips, background: Background) -> Iterator[tuple[Frame, Background]]:
-    """The strips of a picture with what lies behind each."""
+    """The strips of a picture, each with its part of the background."""
     is_image, row = background is not None and np.ndim(background) == 3, 0
     for strip in frame.frames():
         rows = slice(row, row + len(strip.alpha))
@@ -55,14 +54,14 @@ def _strips_of(frame: Strips, background: Background) -> Iterator[tuple[Frame, B
 
 
 def bytes_of(frame: Frame, background: Background) -> NDArray[np.uint8]:
-    """[H, W, 4] straight colour and alpha in 8 bits; on a background [H, W, 3]."""
+    """8-bit pixels: [H, W, 4] straight colour and alpha, or [H, W, 3] on a background."""
     if background is None:
         return quantise(_with_alpha(frame), np.uint8).astype(np.uint8, copy=False)
     return frame.bytes_over(background)
 
 
 def pixels_of(frame: Frame, background: Background, bits: int) -> NDArray[np.uint8] | NDArray[np.uint16]:
-    """The same in 8 bits, else in 16, rounded once."""
+    """As `bytes_of`, but in 16 bits unless `bits` is 8."""
     if bits == 8:
         return bytes_of(frame, background)
     values = _with_alpha(frame) if background is None else frame.over(background)
@@ -78,7 +77,7 @@ def write_frame_as(
     attributes: Mapping[str, Any],
     finish: Callable[[Path], bool] = lambda path: True,
 ) -> None:
-    """Write a frame, as `write_pixels` does its pixels: `pixels_of` a strip at a time."""
+    """Write a frame with `write_pixels`, or its strips one at a time."""
     names = ("R", "G", "B", "A") if background is None else ("R", "G", "B")
     if isinstance(frame, Frame):
         write_pixels(path, format_name, pixels_of(frame, background, bits), names, attributes, finish)
@@ -97,16 +96,16 @@ def write_pixels(
     attributes: Mapping[str, Any],
     finish: Callable[[Path], bool] = lambda path: True,
 ) -> None:
-    """Write pixels as they are; the file appears when it is complete. Raises SceneError if it cannot.
+    """Write pixels unchanged; the file appears when it is complete. Raises SceneError if that fails.
 
     Args:
         path: the name of the file.
-        format_name: of OpenImageIO.
+        format_name: name of the format in OpenImageIO.
         pixels: [H, W, channels] uint8, uint16 or float32.
         names: of the channels; "A" is alpha, "Z" depth.
         attributes: of OpenImageIO, by name.
-        finish: completes the written file, and says whether it is whole: some writers report success on a
-            full disk.
+        finish: postprocesses the written file; returns whether it is complete, as some writers report success
+            on a full disk.
     """
     shape = pixels.shape[0], pixels.shape[1], pixels.dtype.name.replace("float32", "float")
     _write_rows(path, format_name, iter([pixels]), shape, names, attributes, finish)
@@ -121,7 +120,7 @@ def _write_rows(
     attributes: Mapping[str, Any],
     finish: Callable[[Path], bool],
 ) -> None:
-    """Write rows from the top; `shape` is height, width and type."""
+    """Write blocks of rows from the top; `shape` is height, width and dtype."""
     import OpenImageIO
 
     height, width, dtype = shape
@@ -133,7 +132,7 @@ def _write_rows(
         spec.attribute(name, value)
     out = OpenImageIO.ImageOutput.create(format_name)
     assert out is not None, "the formats of the table are part of every build of OpenImageIO"
-    # An encoder that is interrupted midway complains to the terminal.
+    # An interrupted encoder prints errors to the terminal.
     with defer_stop(), replacing(path, most=spec.image_bytes() + _HEADER) as temporary:
         is_written, row = out.open(str(temporary), spec), 0
         while is_written and (pixels := next(rows, None)) is not None:
@@ -147,7 +146,7 @@ def _write_rows(
 
 
 def not_written(path: str | Path, temporary: Path, out: Any) -> SceneError:
-    """The error of an output of OpenImageIO, which names the temporary file."""
+    """The SceneError for a failed output of OpenImageIO, whose message names the temporary file."""
     reason = first_line(out.geterror()).replace(str(temporary), str(path))
     return SceneError(path, f"cannot be written ({reason}); check the disk")
 
@@ -161,9 +160,9 @@ Pixels: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16]  # [H, W, 3 or 4]
 
 
 def video_pixels(frame: Frame, background: Background, bits: int) -> Pixels:
-    """The pixels of one frame of a video: uint8 for `bits` of 8, else uint16 over its full range.
+    """The pixels of a video frame: uint8 if `bits` is 8, else uint16 over its full range.
 
-    [H, W, 3]; without a background, see `write_frame`, [H, W, 4] with straight alpha.
+    [H, W, 3] on a background (see `write_frame`), else [H, W, 4] with straight alpha.
     """
     if background is not None:
         return pixels_of(frame, background, bits)
@@ -172,10 +171,10 @@ def video_pixels(frame: Frame, background: Background, bits: int) -> Pixels:
 
 
 def spread_colors(frame: Frame) -> Array:
-    """[H, W, 3] straight colours, which go on where nothing is painted.
+    """[H, W, 3] straight colours, extended into pixels where nothing is painted (pull-push).
 
-    Codecs mix the colours of neighbours, seen or not: black ones beside the paint would darken its edge. A
-    pixel without paint takes the mean of the smallest block of 2, 4, 8 ... pixels a side that has some.
+    Codecs mix colours of neighbours whatever their alpha: black beside the paint would darken its edge. A
+    pixel with alpha 0 takes the mean of the smallest block of 2, 4, 8 ... pixels a side that has paint.
     """
     colors = frame.straight_colors()
     is_bare = frame.alpha <= 0
@@ -185,7 +184,7 @@ def spread_colors(frame: Frame) -> Array:
 
 
 def _means_of_blocks(rgb: Array, alpha: Array) -> Array:
-    """For each pixel the colour of the smallest block around it that is not bare, weighted by alpha."""
+    """For each pixel, the alpha-weighted mean colour of the smallest block around it that has paint."""
     height, width = alpha.shape
     if height == width == 1:
         return np.divide(rgb, alpha[..., None], out=np.zeros_like(rgb), where=alpha[..., None] > 0)

@@ -1,7 +1,7 @@
-"""Marks of pictures for headsets, by which players know that a picture is a sphere or has two eyes.
+"""Tags of spherical and stereo pictures and videos, for players and headsets.
 
-JPEG and PNG hold the XMP tags of Google's Photo Sphere, OpenEXR its attribute for latitude and longitude,
-MP4 and QuickTime the boxes of Spherical Video V2, Matroska and WebM the arrangement of the eyes alone.
+JPEG and PNG get the XMP tags of Google's Photo Sphere, OpenEXR its attribute for latitude-longitude maps,
+MP4 and QuickTime the boxes of Spherical Video V2, Matroska and WebM only the stereo layout.
 Sources: Photo Sphere XMP Metadata (developers.google.com/streetview/spherical-metadata); Spherical Video V2
 RFC (github.com/google/spatial-media); ISO/IEC 14496-12.
 """
@@ -19,14 +19,14 @@ from brushgs.values.shot import Panorama
 
 _SPACE = "http://ns.google.com/photos/1.0/panorama/"
 _PNG_HEAD = 33  # bytes of the signature and the first chunk, IHDR
-_ENTRY_HEAD = 86  # bytes of the entry of a video codec before its boxes
+_ENTRY_HEAD = 86  # bytes of a video sample entry before its boxes
 _CONTAINERS = (b"moov", b"trak", b"mdia", b"minf", b"stbl")
 _STEREO_MODES = {None: 0, "top": 1, "side": 2}
 MATROSKA_MODES = {"side": "left_right", "top": "top_bottom"}
 
 
 def panorama_tags(panorama: Panorama, width: int, height: int) -> dict[str, Any]:
-    """The tags of a picture, as attributes of OpenImageIO; none if they cannot say what it is."""
+    """The tags of a picture, as attributes of OpenImageIO; empty if it is no Photo Sphere."""
     if not panorama.is_photo_sphere:
         return {}
     named: dict[str, Any] = {"ProjectionType": "equirectangular", "UsePanoramaViewer": "True"}
@@ -37,12 +37,12 @@ def panorama_tags(panorama: Panorama, width: int, height: int) -> dict[str, Any]
 
 
 def _video_boxes(panorama: Panorama) -> bytes:
-    """The boxes of the entry of a video codec."""
+    """The boxes to insert into the sample entry of a video."""
     boxes = b""
     if panorama.eyes is not None or panorama.degrees is not None:
         boxes += _box(b"st3d", bytes(4) + bytes([_STEREO_MODES[panorama.eyes]]))
     if panorama.degrees is not None:
-        cut = 1 << 30 if panorama.degrees == 180 else 0  # a quarter of the sphere, of 2^32
+        cut = 1 << 30 if panorama.degrees == 180 else 0  # a quarter of the sphere, in units of 2^-32
         pose = _box(b"prhd", bytes(4) + struct.pack(">iii", 0, 0, 0))
         bounds = _box(b"equi", bytes(4) + struct.pack(">IIII", 0, 0, cut, cut))
         source = _box(b"svhd", bytes(4) + b"brushgs\0")
@@ -51,7 +51,7 @@ def _video_boxes(panorama: Panorama) -> bytes:
 
 
 def tag_png(path: Path, panorama: Panorama, width: int, height: int) -> None:
-    """Add the tags to a PNG, if there are any, as the text chunk that XMP asks for."""
+    """Add the tags to a PNG, if there are any, as an XMP text chunk."""
     if not (tags := panorama_tags(panorama, width, height)):
         return
     words = " ".join(f'{name}="{value}"' for name, value in tags.items())
@@ -67,9 +67,9 @@ def tag_png(path: Path, panorama: Panorama, width: int, height: int) -> None:
 
 
 def mark_video(path: Path, panorama: Panorama) -> None:
-    """Insert the boxes into an MP4 or QuickTime file; offsets of what follows are corrected.
+    """Insert the boxes into an MP4 or QuickTime file, and correct the chunk offsets of frames behind them.
 
-    libav would write them of side data, which PyAV does not set.
+    libav can write the boxes only from side data, which PyAV cannot set.
 
     Raises ValueError if the file has no video, or its index is damaged.
     """
@@ -92,7 +92,7 @@ def _box(kind: bytes, content: bytes) -> bytes:
 
 
 def _copy(source: Any, target: Any, count: int) -> None:
-    """Copy bytes; before an index at the end of a file lie all its frames."""
+    """Copy `count` bytes in pieces: they may be all frames, if the index is at the end of the file."""
     while count and (piece := source.read(min(count, 1 << 20))):
         target.write(piece)
         count -= len(piece)
@@ -117,7 +117,7 @@ def _find_index(file: Any, size: int) -> tuple[int, int]:
 
 
 def _children(content: bytes | bytearray, start: int, end: int) -> Iterator[tuple[bytes, int, int]]:
-    """Kind, start and end of the boxes between two places."""
+    """Kind, start and end of each box between two offsets. Raises ValueError if a box exceeds them."""
     while start + 8 <= end:
         length, kind = struct.unpack_from(">I4s", content, start)
         if not 8 <= length <= end - start:
@@ -127,7 +127,7 @@ def _children(content: bytes | bytearray, start: int, end: int) -> Iterator[tupl
 
 
 def _with_boxes(index: bytes, boxes: bytes, start: int) -> bytes:
-    """The box "moov", found at `start` of a file, with boxes in the entry of its video codec."""
+    """The box "moov", at offset `start` of a file, with `boxes` inserted into its video sample entry."""
     content = bytearray(index)
     if (path := _way_to_entry(content, 0, len(content))) is None:
         raise ValueError("mark_video: the file must have a video, got none")
@@ -139,7 +139,7 @@ def _with_boxes(index: bytes, boxes: bytes, start: int) -> bytes:
 
 
 def _way_to_entry(content: bytearray, start: int, end: int) -> list[int] | None:
-    """Starts of the boxes that lie in each other, down to the entry of a video codec."""
+    """Offsets of the nested boxes down to the video sample entry; None if there is none."""
     for kind, first, last in _children(content, start, end):
         if kind in _CONTAINERS:
             is_other = kind == b"mdia" and b"vide" not in content[first:last]
@@ -152,7 +152,7 @@ def _way_to_entry(content: bytearray, start: int, end: int) -> list[int] | None:
 
 
 def _shift_offsets(content: bytearray, start: int, end: int, shift: int, after: int) -> None:
-    """Move the places of frames that lie behind `after` in the file."""
+    """Add `shift` to the chunk offsets of frames behind `after` in the file."""
     for kind, first, last in _children(content, start, end):
         if kind in _CONTAINERS:
             _shift_offsets(content, first + 8, last, shift, after)

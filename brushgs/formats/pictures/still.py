@@ -1,7 +1,7 @@
-"""A frame becomes a PNG, TIFF, JPEG or WebP, display-encoded, with straight alpha where the format holds any.
+"""Write frames as PNG, TIFF, JPEG or WebP: display-encoded, with straight alpha if the format has alpha.
 
-On reading, pictures whose decoders take memory before they report the size are checked first. A progressive
-JPEG takes memory for all of its pixels as soon as it is opened, and one may be stored in thousands of scans
+Before reading, the size of JPEG and WebP files is checked, as their decoders allocate memory before they
+report it. A progressive JPEG allocates all of its pixels when it is opened, and may have thousands of scans
 over the whole picture; a WebP is decoded all at once.
 """
 
@@ -23,10 +23,10 @@ from brushgs.formats.pictures.panorama import panorama_tags, tag_png
 from brushgs.values.frame import Frame
 from brushgs.values.shot import Shot
 
-# Renders of koala at 1280x720: a third to a half of the time of libpng's defaults (level 6, all
-# filters), files at most 4 % larger. The filter predicts a pixel as the mean of its left and upper one.
+# A third to a half of the time of libpng's defaults (level 6, all filters), with files at most 4 % larger
+# (koala at 1280x720). The filter predicts a pixel as the mean of its left and upper neighbours.
 _PNG = {"oiio:UnassociatedAlpha": 1, "png:compressionLevel": 4, "png:filter": 64}
-_PNG_END = b"\0\0\0\0IEND\xaeB`\x82"  # the chunk that closes every PNG
+_PNG_END = b"\0\0\0\0IEND\xaeB`\x82"  # the last chunk of every PNG
 
 
 def write_png(
@@ -49,7 +49,7 @@ def _size(frame: Frame | Strips) -> tuple[int, int]:
 
 
 def _is_complete(path: Path) -> bool:
-    """On a full disk the PNG writer stops midway and reports success."""
+    """Whether a PNG has its last chunk: on a full disk the writer stops midway and reports success."""
     with path.open("rb") as file:
         file.seek(-min(len(_PNG_END), path.stat().st_size), os.SEEK_END)
         return file.read() == _PNG_END
@@ -68,13 +68,13 @@ def write_tiff(
 _JPEG = {"Compression": "jpeg:95", "jpeg:subsampling": "4:4:4"}
 _MAX_SCANS = 100  # cameras and editors write 1 to 14
 _START_OF_SCAN = b"\xff\xda"
-_MAX_SEGMENTS = 10_000  # before the size; cameras write some tens
-# Markers that state the size (all SOF, not DHT, JPG and DAC), and those without content.
+_MAX_SEGMENTS = 10_000  # before the size; cameras write a few dozen
+# Markers that contain the size (all SOF; not DHT, JPG and DAC), and those without content.
 _FRAMES = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _BARE = frozenset({0x01, *range(0xD0, 0xD9)})
 _MARKER = re.compile(rb"\xff([^\x00\xff])", re.DOTALL)
-_PIECE = 1 << 20  # bytes searched at a time for scans,
-_SMALL_PIECE = 1 << 12  # and for the next marker, which is mostly near
+_PIECE = 1 << 20  # bytes searched at a time for scans
+_SMALL_PIECE = 1 << 12  # bytes searched at a time for the next marker, which is usually near
 
 
 def write_jpeg(
@@ -90,7 +90,7 @@ def write_jpeg(
 
 
 def encode_jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:
-    """The bytes of a picture [H, W, 3] of a quality of 1 to 100, with a chroma sample for four pixels.
+    """Encode a picture [H, W, 3] as JPEG with a quality of 1 to 100 and 4:2:0 chroma.
 
     Raises SceneError if the folder for temporary files is full.
     """
@@ -115,11 +115,11 @@ def check_jpeg(path: Path, file: BinaryIO, max_pixels: int) -> None:
 
 
 def _jpeg_size(path: Path, file: BinaryIO) -> tuple[int, int]:
-    """Width and height in the header; (0, 0) where there is none, which the decoder refuses.
+    """Width and height in the header; (0, 0) if there is none, which the decoder refuses.
 
-    Source: ITU T.81, annex B. Bytes between two segments are skipped, as decoders do.
+    Bytes between two segments are skipped, as decoders do. Source: ITU T.81, annex B.
 
-    Raises SceneError if there are more than `_MAX_SEGMENTS` segments before it.
+    Raises SceneError if more than `_MAX_SEGMENTS` segments precede it.
     """
     file.seek(2)
     for _ in range(_MAX_SEGMENTS):
@@ -138,7 +138,7 @@ def _jpeg_size(path: Path, file: BinaryIO) -> tuple[int, int]:
 
 
 def _next_marker(file: BinaryIO) -> int | None:
-    """The code of the next marker, read up to its end; None at the end of the file."""
+    """Code of the next marker, with the file positioned after it; None at the end of the file."""
     while piece := file.read(_SMALL_PIECE):
         match = _MARKER.search(piece)
         if match is not None:
@@ -150,7 +150,7 @@ def _next_marker(file: BinaryIO) -> int | None:
 
 
 _TEXT_AT, _MAX_EXIF = 26, 1 << 17  # bytes of Exif data
-NUM_HEADER_BYTES = 30  # up to the size in each kind of first chunk
+NUM_HEADER_BYTES = 30  # enough to contain the size in every kind of first chunk
 _WEBP = {"oiio:UnassociatedAlpha": 1, "Compression": "lossless"}
 
 
@@ -160,7 +160,7 @@ def write_webp(frame: Frame, path: str | Path, background: Background, *, shot: 
 
 
 def write_exact(pixels: NDArray[np.uint8], path: str | Path, description: str = "") -> None:
-    """Write [H, W, 3 or 4] bytes without loss, but for the colour of pixels whose alpha is 0."""
+    """Write [H, W, 3 or 4] bytes as lossless WebP; only colours of pixels with alpha 0 may change."""
     names = ("R", "G", "B", "A")[: pixels.shape[-1]]
 
     def describe(written: Path) -> bool:
@@ -172,11 +172,11 @@ def write_exact(pixels: NDArray[np.uint8], path: str | Path, description: str = 
 
 
 def _with_description(content: bytes, text: str) -> bytes:
-    """A simple WebP as one with Exif data of one field, which OpenImageIO does not write."""
+    """Add Exif data with one field to a simple WebP, which OpenImageIO does not support."""
     width, height = stated_size(content[:NUM_HEADER_BYTES])
     has_alpha = content[24] >> 4 & 1  # of VP8L
     size = b"".join((side - 1).to_bytes(3, "little") for side in (width, height))
-    # A TIFF whose only field is the image description, text at byte 26.
+    # A TIFF whose only field is the image description; its text starts at byte 26.
     exif = (
         struct.pack("<4sIHHHII4x", b"II*\0", 8, 1, 0x010E, 2, len(text) + 1, _TEXT_AT) + text.encode() + b"\0"
     )
@@ -190,7 +190,7 @@ def _webp_chunk(name: bytes, content: bytes) -> bytes:
 
 
 def read_description(path: Path) -> str:
-    """The text that `write_exact` wrote; "" if there is none."""
+    """The text stored by `write_exact`; "" if there is none."""
     with open_plain(path, "picture") as file:
         file.seek(12)
         while len(head := file.read(8)) == 8:
@@ -208,7 +208,7 @@ def check_webp(path: Path, file: BinaryIO, max_pixels: int) -> None:
 
 
 def stated_size(begin: bytes) -> tuple[int, int]:
-    """Width and height by the first bytes of a WebP; (0, 0) where there are none, which the decoder refuses.
+    """Width and height in the first bytes of a WebP; (0, 0) if there are none, which the decoder refuses.
 
     Source: RFC 9649, WebP Image Format. The frames of an animation lie within the canvas.
     """

@@ -1,4 +1,4 @@
-"""Write strokes as paths in SVG: layers by coat and region, and a page in the colour of the ground.
+"""Write strokes as SVG paths: layers by coat and region, and a page in the colour of the ground.
 
 Source: W3C, Scalable Vector Graphics (SVG) 1.1; `inkscape:groupmode` makes a group a layer in Inkscape, and
 in vpype, which plots it.
@@ -19,14 +19,15 @@ from brushgs.values.paths import Path2D, PathGroup, Paths
 from brushgs.values.shot import Shot
 
 TENTHS = 10  # coordinates are rounded to tenths of a pixel
-MOST_GRADIENTS, COLOR_STEPS = 400, (255, 63, 31, 15, 6)  # of soft ellipses: one for each of their colours
+# Soft ellipses need one gradient per colour: colours are quantised to the most steps that keep the limit.
+MOST_GRADIENTS, COLOR_STEPS = 400, (255, 63, 31, 15, 6)
 STOPS = 9  # of the gradient of a soft ellipse
 _NAME = re.compile(r"[^a-zA-Z0-9]+")
-_MOST_TEXT = 1 << 17  # bytes at the start of a file in which its metadata stand
+_MOST_TEXT = 1 << 17  # bytes at the start of a file that are searched for metadata
 
 
 def write_svg(paths: Paths, path: str | Path, *, shot: Shot | None = None) -> None:
-    """Write paths, with the metadata of a shot, to a file that appears when it is complete.
+    """Write paths and the metadata of a shot; the file appears when it is complete.
 
     Equal paths give equal bytes. Raises SceneError if the file cannot be written.
     """
@@ -36,7 +37,7 @@ def write_svg(paths: Paths, path: str | Path, *, shot: Shot | None = None) -> No
 
 
 def read_description(path: Path) -> str:
-    """The metadata that `write_svg` wrote; "" if there are none."""
+    """The metadata stored by `write_svg`; "" if there are none."""
     with open_plain(path, "picture") as file:
         begin = file.read(_MOST_TEXT).decode("utf-8", "replace")
     found = re.search(r"<desc>(.*?)</desc>", begin, re.DOTALL)
@@ -82,7 +83,7 @@ def _layer(name: str, label: str, group: PathGroup | None) -> str:
 
 
 def _gradients(codes: list[str]) -> Iterator[str]:
-    """A soft ellipse of each color: exp(-4.5 r^2), as the kernel of 3DGS, clipped at r = 1."""
+    """A radial gradient for each colour: exp(-4.5 r^2), as the kernel of 3DGS, clipped at r = 1."""
     yield "<defs>\n"
     for code in codes:
         stops = "".join(
@@ -95,12 +96,12 @@ def _gradients(codes: list[str]) -> Iterator[str]:
 
 
 def _code(path: Path2D, steps: int = 255) -> str:
-    """#rrggbb, with each channel in so many steps."""
+    """#rrggbb, with each channel quantised to `steps` steps."""
     return "#" + "".join(f"{round(255 * round(steps * one) / steps):02x}" for one in path.color)
 
 
 def _shape(path: Path2D, steps: int) -> str:
-    """The element of a path; `steps` of the colours of soft ellipses."""
+    """The SVG element of a path; `steps` quantises the colours of soft ellipses."""
     code = _code(path, steps if path.kind == "soft" else 255)
     opacity = f"{path.opacity:.2f}".rstrip("0").rstrip(".") or "0"
     if path.kind == "line":
@@ -121,7 +122,7 @@ def _shape(path: Path2D, steps: int) -> str:
 
 
 def _drawn(points: F64) -> str:
-    """Rings or a line in relative steps of rounded points, so that rounding does not add up."""
+    """Path data of rings or a line: relative steps between rounded points, so that errors do not add up."""
     gaps = np.flatnonzero(np.isnan(points[:, 0]))
     rings = np.split(points, gaps)
     return "z".join(_ring(ring[k > 0 :]) for k, ring in enumerate(rings))

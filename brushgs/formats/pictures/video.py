@@ -1,6 +1,6 @@
-"""Frames become a video: .mp4, .mov, .webm, .mkv or .gif, see `table.py`.
+"""Write frames as a video: .mp4, .mov, .webm, .mkv or .gif, see `table.py`.
 
-A video appears when it is complete.
+The file appears when it is complete.
 """
 
 import contextlib
@@ -33,7 +33,7 @@ def check_rate(path: Path, fps: float) -> None:
 
 
 def check_size(path: Path, width: int, height: int, codec: str | None = None) -> None:
-    """Refuse frames that the codec, None for the usual one of the suffix, cannot hold.
+    """Refuse a frame size that the codec (None: the default of the suffix) does not support.
 
     Raises ValueError if a side is above 16384 pixels for H.264, or below 16 or above 8192 for H.265.
     """
@@ -49,10 +49,10 @@ def check_size(path: Path, width: int, height: int, codec: str | None = None) ->
 
 
 def padded_size(path: Path, width: int, height: int, codec: str | None = None) -> tuple[int, int]:
-    """Width and height of the pictures in a video of frames of this size.
+    """Width and height of a video whose frames have this size.
 
-    H.264 and H.265 keep one colour for each 2 x 2 pixels, so their sides are even: the last column or row of
-    an odd side is repeated once. The others hold any size.
+    H.264 and H.265 subsample chroma by 2 x 2 and need even sides: of an odd side the last column or row is
+    repeated once. The other codecs allow any size.
     """
     if not codec_of(path, codec).has_even_sides:
         return width, height
@@ -76,12 +76,13 @@ def save_video(
     Args:
         frames: at least one, all of one size.
         path: the suffix decides the format: .mp4, .mov, .webm, .mkv or .gif, see `open_video`.
-        fps: frames a second, above 0.
-        background: colour behind the strokes, see `Frame.over`; None or "transparent" keeps the transparency,
-            straight, which ProRes (.mov) and VP9 (.webm) hold.
-        loops: whether a GIF starts over at its end.
-        codec: "h264" or "h265" (.mp4, .mov, .mkv), "prores" (.mov), "vp9" (.webm); None for the usual one.
-        bits: of each channel, 8 or 10; None for the usual number of the codec.
+        fps: frames per second, above 0.
+        background: colour behind the strokes, see `Frame.over`; None or "transparent" stores straight alpha,
+            which ProRes (.mov) and VP9 (.webm) support.
+        loops: whether a GIF repeats.
+        codec: "h264" or "h265" (.mp4, .mov, .mkv), "prores" (.mov), "vp9" (.webm); None for the default of
+            the suffix.
+        bits: per channel, 8 or 10; None for the default of the codec.
 
     Raises:
         ValueError: if there is no frame, sizes differ, or an option or the suffix is out of range.
@@ -126,25 +127,25 @@ def open_video(
     transparent: bool = False,
     panorama: Panorama | None = None,
 ) -> Iterator[VideoWriter]:
-    """Write a video; it appears when the block ends without an error, else no file remains.
+    """Write a video; the file appears when the block ends without an error, else no file remains.
 
-    .mp4 and .mkv are H.264 at crf 17, .webm is VP9, .mov ProRes 4444. All but ProRes have 4:2:0 chroma;
-    colours are converted by BT.709 to limited range and tagged so. A GIF has one palette of 255 colours for
-    all frames, found when all are there, and an ordered dither, which is still where the picture is.
+    By default .mp4 and .mkv are H.264 at crf 17, .webm is VP9, .mov ProRes 4444. All but ProRes have 4:2:0
+    chroma; colours are converted to BT.709 in limited range, and tagged so. A GIF has one palette of 255
+    colours, computed from all frames, and an ordered dither, which does not flicker in still areas.
 
     Args:
-        path: see `save_video`, as `fps`, `loops`, `codec` and `bits`.
+        path: see `save_video`, also for `fps`, `loops`, `codec` and `bits`.
         width: of the frames, pixels; see `padded_size`.
         height: of the frames, pixels.
         fps: at most 50 for a GIF, whose delays are rounded to 1/100 s.
-        loops: players decide for formats other than GIF.
-        codec: one of those of the suffix; None for the usual one.
-        bits: of each channel; None for the usual number of the codec.
-        transparent: whether frames have alpha. Frames are as `video_pixels` gives them.
-        panorama: of spheres or two eyes, for players; .gif holds no such mark, .mkv and .webm that of eyes.
+        loops: only for GIF; other formats leave it to players.
+        codec: one of those of the suffix; None for its default.
+        bits: per channel; None for the default of the codec.
+        transparent: whether frames have alpha. The writer takes frames from `video_pixels`.
+        panorama: tags for players of spherical or stereo video; .gif has none, .mkv and .webm only stereo.
 
     Raises:
-        ValueError: if the suffix, `fps`, the size or what is asked for is out of range.
+        ValueError: if the suffix, `fps`, the size or another option is not supported.
         SceneError: if the file cannot be written.
     """
     path = Path(path)

@@ -1,10 +1,10 @@
-"""A frame becomes an OpenEXR file: flat with the layers that the frame has, or deep if it has deep samples.
+"""Write frames as OpenEXR: flat with the layers of the frame, or deep if it has deep samples.
 
-`planes.py` makes channels of a frame, `cryptomatte.py` those of a matte. A flat file is written a band of
-rows at a time, to save memory. A deep one holds the strokes in each pixel; its colours stay display-encoded,
-as strokes are blended: laid over each other in the order of the file, the samples of a pixel are the picture,
-which they would not be in linear light. OpenImageIO writes deep files too, but takes their samples one by one
-from Python, which takes ten times as long as writing them here. Source: OpenEXR, File Layout (openexr.com).
+`planes.py` makes the channels of a frame, `cryptomatte.py` those of a matte. A flat file is written a band of
+rows at a time, to save memory. A deep file holds the strokes of each pixel, display-encoded as they are
+blended: composited in file order, the samples of a pixel give the picture, which they would not in linear
+light. OpenImageIO also writes deep files, but accepts samples only one by one from Python, which takes ten
+times as long. Source: OpenEXR, File Layout (openexr.com).
 """
 
 import struct
@@ -38,23 +38,23 @@ if TYPE_CHECKING:
     import OpenImageIO
 
 
-UINT, HALF, FLOAT = range(3)  # types of channels
+UINT, HALF, FLOAT = range(3)  # pixel types of channels
 _MAGIC = 20000630
 _VERSION, _IS_DEEP = 2, 1 << 11
-_ZIPS = 2  # ZIP of single scan lines, the only kind of ZIP that deep files may have
+_ZIPS = 2  # ZIP compression of single scan lines, the only ZIP allowed in deep files
 _FORMATS = {"int": "i", "float": "f", "rational": "iI", "chromaticities": "8f", "m44f": "16f"}
 _FORMATS |= {"box2i": "4i", "v2f": "2f", "compression": "B", "lineOrder": "B"}
 
 
 def _window(shot: Shot, width: int, height: int) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Column and row of the upper left pixel in the whole picture, and the size of that."""
+    """(left, top) of the upper left pixel in the whole picture, and (width, height) of the whole picture."""
     if shot.part is None or shot.camera is None:
         return (0, 0), (width, height)
     return (shot.part.left, shot.part.top), (shot.camera.width, shot.camera.height)
 
 
 def _deep_header(deep: DeepSamples, most_samples: int, shot: Shot, attributes: dict[str, Attribute]) -> bytes:
-    """The file up to the table of the offsets of its lines, with attributes beside those of every file."""
+    """The file up to its table of line offsets: required attributes and the given ones."""
     (left, top), (width, height) = _window(shot, deep.width, deep.height)
     values: dict[str, tuple[str, Any]] = {
         "channels": ("chlist", _CHANNELS),
@@ -62,7 +62,7 @@ def _deep_header(deep: DeepSamples, most_samples: int, shot: Shot, attributes: d
         "compression": ("compression", _ZIPS),
         "dataWindow": ("box2i", (left, top, left + deep.width - 1, top + deep.height - 1)),
         "displayWindow": ("box2i", (0, 0, width - 1, height - 1)),
-        "lineOrder": ("lineOrder", 0),  # from the top
+        "lineOrder": ("lineOrder", 0),  # increasing y
         "maxSamplesPerPixel": ("int", most_samples),
         "pixelAspectRatio": ("float", 1.0),
         "screenWindowCenter": ("v2f", (0.0, 0.0)),
@@ -75,7 +75,7 @@ def _deep_header(deep: DeepSamples, most_samples: int, shot: Shot, attributes: d
 
 
 def _encoded(name: str, kind: str, value: Any) -> bytes:
-    """An attribute: name, type, size and value. Names have at most 31 bytes."""
+    """Encode an attribute: name, type, size and value. Names have at most 31 bytes."""
     match kind:
         case "string":
             content = value.encode()
@@ -87,7 +87,7 @@ def _encoded(name: str, kind: str, value: Any) -> bytes:
 
 
 def _channel(name: str, pixel_type: int) -> bytes:
-    """Name, type, no perceptual flag, and a sample for each pixel."""
+    """Encode a channel: name, type, no perceptual flag, no subsampling."""
     return name.encode() + b"\0" + struct.pack("<iB3xii", pixel_type, 0, 1, 1)
 
 
@@ -99,11 +99,11 @@ _DEEP_NOTES = {
 }
 _NAMES = "names of the strokes, id 1 first, stand in the file {}"
 _CHANNELS = {"A": HALF, "B": HALF, "G": HALF, "R": HALF, "Z": FLOAT, "id": UINT}  # in the order of the file
-_LEVEL = 4  # of zlib, as OpenEXR has it
+_LEVEL = 4  # of zlib, the default of OpenEXR
 
 
 def write_deep(deep: DeepSamples, path: str | Path, shot: Shot) -> None:
-    """Write the samples; the background of the picture is not among them. See `write_frame`."""
+    """Write deep samples, without the background of the picture. See `write_frame`."""
     counts = np.diff(deep.starts)
     names = {} if shot.manifest is None else {"names": _NAMES.format(shot.manifest.as_posix())}
     attributes = attributes_of(shot, _DEEP_NOTES | names, "srgb")
@@ -127,16 +127,16 @@ def write_deep(deep: DeepSamples, path: str | Path, shot: Shot) -> None:
 
 
 def _samples(deep: DeepSamples, rows: slice) -> bytes:
-    """Samples of a scan line, one channel of `_CHANNELS` after the other."""
+    """Encode the samples of a scan line, one channel of `_CHANNELS` after the other."""
     halves = np.vstack([deep.alphas[rows], deep.colors[rows, ::-1].T])
     halves = np.clip(halves, -LARGEST_HALF, LARGEST_HALF).astype("<f2")
     return b"".join(values.tobytes() for values in (halves, deep.depths[rows].astype("<f4"), deep.ids[rows]))
 
 
 def _packed(data: bytes) -> bytes:
-    """Bytes as OpenEXR compresses them by ZIP: even ones before odd ones, differences, zlib.
+    """Compress bytes as the ZIP of OpenEXR: even ones before odd ones, differences, zlib.
 
-    What does not become shorter stays as it is.
+    Data that does not become shorter is stored uncompressed.
     """
     source = np.frombuffer(data, np.uint8)
     parted = np.concatenate([source[::2], source[1::2]])
@@ -145,13 +145,13 @@ def _packed(data: bytes) -> bytes:
     return packed if len(packed) < len(data) else data
 
 
-_MOST_HEADER = 1 << 17  # bytes: the attributes of a flat file, of which the description is the longest
+_MOST_HEADER = 1 << 17  # bytes of the attributes of a flat file; the description is the longest
 _NUM_ROWS = 16  # written at a time: a block of the ZIP compression, small enough for caches
-_TYPES = {"chromaticities": "float[8]", "m44f": "matrix"}  # where OpenImageIO has another name
+_TYPES = {"chromaticities": "float[8]", "m44f": "matrix"}  # types whose name differs in OpenImageIO
 
 
 def write_flat(frame: Frame, path: str | Path, background: Background, shot: Shot, space: FileSpace) -> None:
-    """Write a frame with its layers. See `write_frame`."""
+    """Write a flat file with the layers of a frame. See `write_frame`."""
     import OpenImageIO
 
     planes = planes_of(frame, background, space)
@@ -173,7 +173,7 @@ def write_flat(frame: Frame, path: str | Path, background: Background, shot: Sho
         spec.attribute(name, _TYPES.get(kind, kind), value)
     out = OpenImageIO.ImageOutput.create("openexr")
     assert out is not None, "the formats of the table are part of every build of OpenImageIO"
-    # An encoder that is interrupted midway complains to the terminal.
+    # An interrupted encoder prints errors to the terminal.
     with defer_stop(), replacing(path) as temporary:
         is_written = out.open(str(temporary), spec) and _write_bands(out, planes, (width, height), spec.y)
         if not (out.close() and is_written):
@@ -188,7 +188,7 @@ def write_flat(frame: Frame, path: str | Path, background: Background, shot: Sho
 def _write_bands(
     out: "OpenImageIO.ImageOutput", planes: Sequence[Plane], size: tuple[int, int], top: int
 ) -> bool:
-    """Write all rows, the first as row `top`; whether that succeeded."""
+    """Write all rows, the first as row `top`; returns whether that succeeded."""
     width, height = size
     band = np.empty((min(_NUM_ROWS, height), width, len(planes)), np.float32)
     for start in range(0, height, _NUM_ROWS):

@@ -1,8 +1,9 @@
-"""The layers of a frame as channels of an OpenEXR file, and what its header says beside them.
+"""The channels of a frame in an OpenEXR file, and the attributes of its header.
 
-Names, signs and precision are those that compositors expect. Names have one dot at most: Nuke parts them
-there into layer and channel. Axes are those of compositing programs: x right, y up, z toward the camera,
-where brushgs has y down and z forward. Matrices stand in rows, for vectors that are multiplied from the left.
+Names, signs and precision are those that compositing programs expect. Names have at most one dot, at which
+Nuke splits them into layer and channel. Axes are those of compositing programs: x right, y up, z toward the
+camera; brushgs has y down and z forward. Matrices are stored transposed, for row vectors multiplied from the
+left.
 Source: OpenEXR, Standard Attributes (openexr.com); ASWF Color Interop Forum for `colorInteropID`.
 """
 
@@ -29,24 +30,24 @@ Kind = Literal["string", "int", "float", "rational", "chromaticities", "m44f"]
 
 
 class Attribute(NamedTuple):
-    """A value of the header."""
+    """An attribute of the header."""
 
-    kind: Kind  # its type, as OpenEXR names it
+    kind: Kind  # name of its type in OpenEXR
     value: Any  # a str, a number, or a tuple of numbers
 
 
-# OpenImageIO writes no attribute of the type "envmap"; a text of one letter is as long in the file.
+# OpenImageIO cannot write attributes of type "envmap"; a string of one letter is as long in the file.
 LATLONG_MARK = "L"
 
 
 def mark_latlong(header: bytes) -> bytes:
-    """The beginning of a file with that text as an environment map of latitudes and longitudes."""
+    """Replace the `LATLONG_MARK` at the start of a file by an "envmap" attribute (latitude-longitude)."""
     text, envmap = (b"envmap\0%s\0\1\0\0\0%s" % pair for pair in ((b"string", b"L"), (b"envmap", b"\0")))
     return header.replace(text, envmap, 1)
 
 
 def attributes_of(shot: Shot, notes: Mapping[str, str], space: FileSpace) -> dict[str, Attribute]:
-    """The attributes of a file by name; `notes` say what the numbers of each layer mean."""
+    """The attributes of a file by name; `notes` explain the numbers of each layer."""
     found = {
         "Software": Attribute("string", f"brushgs {__version__}"),
         "chromaticities": Attribute("chromaticities", SPACES[space].chromaticities),
@@ -72,20 +73,20 @@ def _camera(camera: Camera) -> dict[str, Attribute]:
     return {
         "worldToCamera": Attribute("m44f", _in_rows(camera_from_world(camera))),
         "worldToNDC": Attribute("m44f", _in_rows(ndc_from_world(camera))),
-        "cameraFov": Attribute("float", fov),  # horizontal, degrees: the name that V-Ray gave it
+        "cameraFov": Attribute("float", fov),  # horizontal, degrees; a name of V-Ray
     }
 
 
 def camera_from_world(camera: Camera) -> NDArray[np.float64]:
-    """[4, 4] on column vectors: to axes x right, y up, z forward, those that OpenEXR prescribes."""
+    """[4, 4] world to camera for column vectors, with the axes of OpenEXR: x right, y up, z forward."""
     return np.asarray(np.diag([1.0, -1.0, 1.0, 1.0]) @ camera.viewmat)
 
 
 def ndc_from_world(camera: Camera) -> NDArray[np.float64]:
-    """[4, 4] on column vectors: to the picture, from (0, 0) upper left to (1, 1) lower right, after the
-    division by w.
+    """[4, 4] world to picture for column vectors: after division by w, (0, 0) is the upper left corner and
+    (1, 1) the lower right.
 
-    z, which OpenEXR leaves open, is 0 at the near plane and 1 far away.
+    z, which OpenEXR does not specify, is 0 at the near plane and 1 at infinity.
     """
     (fx, _, cx), (_, fy, cy) = camera.K[0], camera.K[1]
     width, height = camera.width, camera.height
@@ -103,7 +104,7 @@ def _in_rows(matrix: NDArray[np.float64]) -> tuple[float, ...]:
 
 
 LARGEST_HALF = 65504.0  # larger numbers become infinite
-# Layer of the file -> what its numbers mean: the header holds it, as "brushgs/LAYER".
+# Layer of the file -> meaning of its numbers, stored in the header as "brushgs/LAYER".
 NOTES: Mapping[str, str] = {
     "RGBA": "{space}, premultiplied; strokes were blended display-encoded (sRGB), so layers that are laid "
     "over each other in linear light differ from this picture",
@@ -117,15 +118,15 @@ NOTES: Mapping[str, str] = {
 }
 
 
-Rows = Callable[[slice], Array]  # takes a slice of rows and gives the values there
+Rows = Callable[[slice], Array]  # slice of rows -> values of these rows
 
 
 class Plane(NamedTuple):
     """One channel."""
 
     name: str  # in the file
-    kind: Literal["half", "float"]  # "half" where 11 bits are enough
-    rows: Rows  # gives [rows, W], or what spreads to that: large ones are made as they are written
+    kind: Literal["half", "float"]  # "half" if 11 bits are enough
+    rows: Rows  # returns [rows, W], or an array that broadcasts to it; called while writing
 
     @property
     def layer(self) -> str:
@@ -134,7 +135,7 @@ class Plane(NamedTuple):
 
 
 def planes_of(frame: Frame, background: Background, space: FileSpace) -> list[Plane]:
-    """The channels of a frame on a background, see `write_frame`, but for its mattes; the picture first."""
+    """The channels of a frame on a background (see `write_frame`), the picture first; mattes are excluded."""
     planes = _planes("{}", "RGBA", "half", _colors(frame, background, space))
     depth = _values(frame, "depth") if frame.depth is None else frame.depth
     if depth is not None:
@@ -164,7 +165,7 @@ def _values(frame: Frame, name: str) -> Array | None:
 
 
 def _colors(frame: Frame, background: Background, space: FileSpace) -> F32:
-    """[H, W, 4] colour and alpha, premultiplied; alpha is 1 on a background."""
+    """[H, W, 4] premultiplied colour and alpha; alpha is 1 on a background."""
     if background is not None:
         colors = colors_in(frame.over(background), space)
         return np.concatenate([colors, np.ones_like(colors[..., :1])], axis=-1, dtype=np.float32)

@@ -1,7 +1,7 @@
 """Colour spaces of OpenEXR files: names, primaries, and conversion from the colours of paintings.
 
-OpenImageIO converts, by the configuration that comes with it and not by one that $OCIO names: equal frames
-give equal files. White points are adapted as that configuration does (Bradford).
+Converted by OpenImageIO with its built-in configuration, ignoring $OCIO, so that equal frames give equal
+files. That configuration adapts white points by the Bradford method.
 Sources: ITU-R BT.709, BT.2020; SMPTE EG 432-1 (P3-D65); AMPAS S-2014-004 (ACEScg), ST 2065-1; ASWF Color
 Interop Forum for the names in files.
 """
@@ -23,10 +23,10 @@ _P3 = (0.68, 0.32, 0.265, 0.69, 0.15, 0.06)
 
 
 class Space(NamedTuple):
-    """A colour space as a file states it."""
+    """A colour space of a file."""
 
     words: str  # for the note in the header
-    interop_id: str  # its name of the Color Interop Forum, which OpenImageIO knows too
+    interop_id: str  # its Color Interop Forum name, also known to OpenImageIO
     chromaticities: tuple[float, ...]  # x and y of red, green, blue and white
 
 
@@ -42,7 +42,7 @@ DEFAULT: FileSpace = "lin_srgb"
 
 
 def colors_in(encoded: Array, space: FileSpace) -> F32:
-    """[H, W, 3] display-encoded colours of a painting in the space of a file."""
+    """Convert display-encoded colours [H, W, 3] of a painting to the space of a file."""
     if space == "srgb":
         return np.asarray(encoded, np.float32)
     light = np.asarray(linear_from_srgb(encoded), np.float32)
@@ -50,12 +50,12 @@ def colors_in(encoded: Array, space: FileSpace) -> F32:
 
 
 def rec709_of(light: F32, interop_id: str) -> F32:
-    """[H, W, 3] linear light with Rec. 709 primaries of colours in a space of `SPACES`, by `interop_id`."""
+    """Convert linear light [H, W, 3] from the space `interop_id` of `SPACES` to Rec. 709 primaries."""
     return _converted(light, interop_id, SPACES[DEFAULT].interop_id)
 
 
 def _converted(light: F32, source: str, target: str) -> F32:
-    """[H, W, 3] colours of one space in another, by the names of the Interop Forum."""
+    """Convert colours [H, W, 3] between spaces given by Color Interop Forum names."""
     if source == target or light.size == 0:
         return light
     from OpenImageIO import FLOAT, ImageBuf, ImageBufAlgo
