@@ -1,4 +1,4 @@
-"""Whether the rows of two moments correspond, and the Gaussians between two moments whose rows do."""
+"""Decide whether the rows of two moments correspond, and interpolate between such moments."""
 
 from dataclasses import replace
 from typing import Any
@@ -11,10 +11,10 @@ from brushgs.values.quats import normalized
 
 
 def between(first: Gaussians, second: Gaussians, share: float) -> Gaussians:
-    """The Gaussians at a share of the way, 0 to 1, from one moment to another, whose rows correspond.
+    """Interpolate between two moments whose rows correspond; `share` is 0 (first) to 1 (second).
 
-    Centres, scales, opacities and colours lie on a straight line, rotations on the shorter arc (as normalised
-    linear mixtures of quaternions). Brushes are those of the first.
+    Centres, scales, opacities and colours are interpolated linearly; rotations along the shorter arc, as
+    linear mixtures of quaternions. Brushes are those of the first.
     """
     num_terms = max(first.sh.shape[1], second.sh.shape[1])
     second_quats = normalized(second.quats)
@@ -32,31 +32,31 @@ def _line(first: Array, second: Array, share: float) -> F32:
 
 
 def _padded(sh: Array, num_terms: int) -> Array:
-    """Colours with as many terms as the other moment has; those above the degree of a file are zero."""
+    """Pad SH coefficients with zeros to `num_terms` terms."""
     missing = num_terms - sh.shape[1]
     return np.pad(sh, ((0, 0), (0, missing), (0, 0))) if missing else sh
 
 
-_NUM_ROWS = 4096  # that are compared
-_LEAST_NEARER = 0.8  # share of rows; by chance it is a third
-_FLOOR = 1e-3  # of the usual distance of unlike rows: what is nearer is equal
-_OUTER = 5.0, 95.0  # percentiles of positions: what lies outside are floaters
+_NUM_ROWS = 4096  # rows that are compared
+_LEAST_NEARER = 0.8  # share of rows; a third by chance
+_FLOOR = 1e-3  # in median distances of random rows: smaller distances count as equal
+_OUTER = 5.0, 95.0  # percentiles of positions; the rest is ignored as floaters
 _LEAST_OVERLAP = 0.5
-_THINNEST = 0.05  # of the longest side of a box, so that flat things overlap too
-_MOST_GROWTH = 1.5  # in rows, from moment to moment; levels of detail differ by more
+_THINNEST = 0.05  # least thickness of a box over its longest side, so that flat objects overlap too
+_MOST_GROWTH = 1.5  # ratio of row counts between moments; levels of detail differ by more
 _TINY = 1e-30
 
 
 def have_same_rows(first: Gaussians, second: Gaussians) -> bool:
-    """Whether row i of one moment is the same Gaussian as row i of another, near in time.
+    """Whether row i of one moment is the same Gaussian as row i of another moment, near in time.
 
-    Their numbers are equal, and row i is more like itself than like two strangers of the other moment: a row
-    at random, and its neighbour i + 1, which is as near in files that are sorted in space. How like two rows
-    are is the product of their distances in position, log scale, rotation, colour and opacity, each in shares
-    of the usual distance. So one thing that stays (the colour of what flies, the place of what fades) tells
-    rows apart, however much the others change. Positions are taken relative to the scene, which may move and
-    grow as a whole. At least four of five of up to 4096 rows must be nearer to themselves than to both
-    strangers; of rows in any other order it is one of three, and of a few rows lost from a file one of two.
+    The numbers of rows must be equal, and row i of the first must be nearer to row i of the second than to
+    two other rows of it: a random one, and row i + 1, its neighbour in files sorted in space. The distance is
+    the product of the distances in position, log scale, rotation, colour and opacity, each relative to the
+    median distance of random rows. So one property that stays (the colour of an object that flies, the
+    position of one that fades) identifies rows, however much the others change. Positions are relative to the
+    scene, which may move and grow as a whole. At least four of five of up to 4096 rows must be nearer; in a
+    shuffled file one of three is, and one of two if a few rows are missing.
     """
     if len(first) != len(second):
         return False
@@ -72,7 +72,7 @@ def have_same_rows(first: Gaussians, second: Gaussians) -> bool:
                 _distances(name, ours[name], f[name]) for f in (theirs, others, strangers[0])
             )
             usual = float(np.median(any_two)) if len(rows) else 0.0
-            if usual > _TINY:  # else it is equal in most rows, and tells nothing
+            if usual > _TINY:  # otherwise it is equal in most rows, and identifies none
                 score += np.log((own + _FLOOR * usual) / (other + _FLOOR * usual))
         is_tie = np.abs(score) < 1e-9
         is_nearer &= is_tie | (score < 0)
@@ -99,7 +99,7 @@ def are_in_one_place(first: Gaussians, second: Gaussians) -> bool:
 
 
 def _features(moment: Gaussians, rows: Rows, sample: Rows) -> dict[str, F64]:
-    """What rows are told apart by, [len(rows), m] each; positions relative to those of a sample."""
+    """Properties to compare, [len(rows), m] each; positions are relative to the median of a sample."""
     means, sample_means = (moment.means[some].astype(np.float64) for some in (rows, sample))
     if len(sample):
         center = np.median(sample_means, axis=0)
@@ -120,7 +120,7 @@ def _distances(name: str, ours: F64, theirs: F64) -> F64:
 
 
 def unmoved(first: Gaussians, second: Gaussians) -> Mask:
-    """Rows that are the same in two moments whose rows correspond."""
+    """Mask of rows that are equal in two moments whose rows correspond."""
     is_same = np.ones(len(first), bool)
     for name, column in first.columns().items():
         other = getattr(second, name)

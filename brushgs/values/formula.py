@@ -1,7 +1,7 @@
-"""Gaussians whose place, rotation and opacity are formulas of time: what most moving formats store.
+"""Gaussians whose position, rotation and opacity are formulas of time, as most moving formats store them.
 
-Each row has a moment of its own. With d the time since it, the mean is moved by a polynomial of d, the
-quaternion changes by a constant rate, and the opacity fades as exp(-(d / width)^2) before and after.
+Each row has a centre in time. With d the time since it, the mean moves by a polynomial of d, the quaternion
+changes at a constant rate, and the opacity fades as exp(-(d / width)^2) before and after.
 Sources: Li et al. 2024, Spacetime Gaussian Feature Splatting, sections 3.1 and 3.2; Wang et al. 2025,
 FreeTimeGS, equations 1 and 4.
 """
@@ -15,29 +15,28 @@ import numpy as np
 from brushgs.values.arrays import F32, F64, Mask, Rows
 from brushgs.values.gaussians import Gaussians
 
-_RESTS = 1e-3  # an opacity that changes by no more than this over the clip is at rest
-_NARROWEST = 1e-150  # of a width of 0, so that a row shines at its own moment and no product is 0 x infinity
+_RESTS = 1e-3  # a row whose opacity changes by no more than this over the clip is at rest
+_NARROWEST = 1e-150  # replaces a width of 0: the row shows at its centre, and no product is 0 x infinity
 # Rows computed at a time: their float64 temporaries stay in the cache.
 _BLOCK_ROWS = 1 << 13
 
 
 @dataclass(frozen=True, eq=False)
 class Formula:
-    """N Gaussians as formulas of a clock, which may run in seconds or from 0 to 1."""
+    """N Gaussians as formulas of a clock, whose unit may be seconds or the whole clip (0 to 1)."""
 
-    still: Gaussians  # [N] each at its own moment, at its full opacity
-    centers: F64  # [N] these moments, float64, finite
-    # [N] how long rows are seen, float64, >= 0: the time in which opacity falls to 1/e; infinite for a row
-    # that never fades
+    still: Gaussians  # [N] each at its centre in time, with full opacity
+    centers: F64  # [N] centres in time, float64, finite
+    # [N] time in which the opacity falls to 1/e, float64, >= 0; infinite for a row that never fades
     widths: F64
     motion: F32  # [N, p, 3] coefficients of d, d^2, ... in world units, finite
-    spin: F32 | None = None  # [N, 4] change of the quaternion per unit of time, finite; None for none
-    # [N, 2] from when, and until before when, each row is there at all; None for always
+    spin: F32 | None = None  # [N, 4] change of the quaternion per unit of time, finite; None for no rotation
+    # [N, 2] start (included) and end (excluded) of the existence of each row; None for always
     windows: F64 | None = None
-    cutoff: float = 0.0  # a row that has faded below this share of its opacity is not there
+    cutoff: float = 0.0  # opacity is 0 for a row that has faded below this share
 
     def at(self, clock: float) -> Gaussians:
-        """The Gaussians of one moment; computed in float64, rounded once."""
+        """The Gaussians at a time of the clock; computed in float64, rounded once."""
         since = clock - self.centers
         means, quats = self.still.means, self.still.quats
         if len(self._moving):
@@ -52,7 +51,7 @@ class Formula:
         return replace(self.still, means=means, quats=quats, opacities=opacities)
 
     def resting(self, start: float, end: float) -> Mask:
-        """[N] rows that are the same from `start` to `end`, but for 1/1000 of opacity."""
+        """[N] mask of rows that do not change from `start` to `end`, except for 1/1000 of opacity."""
         rests = np.ones(len(self.centers), np.bool_)
         rests[self._moving] = rests[self._turning] = False
         nearest, farthest = np.clip(self.centers, start, end), reach(self.centers, start, end)
@@ -65,7 +64,7 @@ class Formula:
         return rests
 
     def _shares(self, since: F64, clock: float | None) -> F64:
-        """[N] share of its opacity that each row has; outside its window none, if a clock is given."""
+        """[N] factors on the opacity of each row; if a clock is given, 0 outside the row's window."""
         with np.errstate(over="ignore", under="ignore"):
             shares = since * self._rates
             np.multiply(shares, shares, out=shares)
@@ -99,12 +98,12 @@ class Formula:
 
 
 def reach(centers: F64, start: float, end: float) -> F64:
-    """[N] the most that a clock that runs from `start` to `end` is away from moments."""
+    """[N] largest distance in time of each centre from a clock that runs from `start` to `end`."""
     return np.maximum(np.abs(start - centers), np.abs(end - centers))
 
 
 def _blocks(rows: Rows) -> Iterator[tuple[slice, Rows | slice]]:
-    """Some rows at a time, and where they stand among them all; a slice where none is left out between."""
+    """Split ascending rows into blocks: slice into `rows`, and the rows (as a slice if contiguous)."""
     for start in range(0, len(rows), _BLOCK_ROWS):
         part = slice(start, start + _BLOCK_ROWS)
         block = rows[part]
@@ -113,7 +112,7 @@ def _blocks(rows: Rows) -> Iterator[tuple[slice, Rows | slice]]:
 
 
 def _polynomial(motion: F32, since: F64) -> F64:
-    """[n, 3] how far rows have moved; Horner's scheme."""
+    """[n, 3] displacement of rows; Horner's scheme."""
     time = since[:, None]
     moved = motion[:, -1] * time
     for power in range(motion.shape[1] - 2, -1, -1):
@@ -123,9 +122,10 @@ def _polynomial(motion: F32, since: F64) -> F64:
 
 
 def _turned(quats: F32, spin: F32, since: F64) -> F32:
-    """[n, 4] quaternions at their time; where one vanishes, that of its own moment.
+    """[n, 4] quaternions after `since`; where the sum is zero, the quaternion at the centre in time.
 
-    It can vanish only if it changes along itself, so that the rotation is the same before and after.
+    It is zero only if the change is parallel to the quaternion, so that the rotation is the same before and
+    after.
     """
     turned = (quats + spin * since[:, None]).astype(np.float32)
     gone = ~turned.any(axis=1)

@@ -58,7 +58,7 @@ class DeepSamples:
     width: int
 
     def cut(self, part: Part) -> "DeepSamples":
-        """Those of a part of the picture."""
+        """The samples of a part of the picture."""
         pixels = np.arange(self.height * self.width).reshape(self.height, self.width)
         chosen = pixels[part.rows, part.columns].ravel()
         firsts, counts = self.starts[chosen], self.starts[chosen + 1] - self.starts[chosen]

@@ -1,7 +1,7 @@
-"""What is painted over a scene by hand: marks in space, and what changes below them.
+"""Overpaint: marks that a user painted over a scene in space, and edits of the strokes below them.
 
-It travels as a file, see `formats.marks`. It belongs to the scene and to no stroke, so it stays where the
-strokes are made anew. Colours are display-encoded RGB, 0 to 1; lengths are in world units; directions and
+Stored as a file, see `formats.marks`. Overpaint belongs to the scene, not to strokes, so it stays when
+strokes are made again. Colours are display-encoded RGB, 0 to 1; lengths are in world units; directions and
 normals are unit vectors in world axes.
 """
 
@@ -17,16 +17,16 @@ from numpy.typing import NDArray
 from brushgs.values.arrays import F64, U8
 
 MOST_ROWS = 1 << 14  # marks of a file, and patches of each kind
-MOST_TILE = 256  # texels, a side of a tile
+MOST_TILE = 256  # texels per side of a tile
 NO_TILE = -1
-UNIT = 1e-3  # by which a unit vector may be longer or shorter than 1
+UNIT = 1e-3  # tolerance of the length of unit vectors
 MOST = 1e15  # world units, as for positions of cameras
 P = TypeVar("P", bound="Patches")
 
 
 @dataclass(frozen=True, eq=False)
 class Patches:
-    """N pieces of a scene, a column for each property.
+    """Base class: N places of a scene, with a column for each property.
 
     Attributes:
         means: [N, 3] centres.
@@ -64,29 +64,29 @@ class Patches:
         return replace(self, **{name: getattr(self, name)[rows] for name in self.COLUMNS})
 
     def __add__(self: P, other: P) -> P:
-        """Both, `self` first."""
+        """Concatenate, `self` first."""
         columns = ((name, (getattr(self, name), getattr(other, name))) for name in self.COLUMNS)
         return replace(self, **{name: np.concatenate(both) for name, both in columns})
 
 
 @dataclass(frozen=True, eq=False)
 class Marks(Patches):
-    """N marks, each a flat rectangle in space that lies on the surface.
+    """N marks: flat rectangles in space that lie on the surface.
 
-    Where two overlap on a surface, that of the later layer covers; else the nearer.
+    If two overlap on a surface, the one of the higher layer covers the other; otherwise the nearer one does.
 
     Attributes:
         means: [N, 3] centres.
-        directions: [N, 3] along which a mark runs: the u axis of its tile.
-        normals: [N, 3] of its plane, toward those who see it, perpendicular to `directions`; the v axis is
+        directions: [N, 3] long axis of each mark: the u axis of its tile.
+        normals: [N, 3] of its plane, toward the viewer, perpendicular to `directions`; the v axis is
             direction x normal.
         lengths: [N] along the direction, > 0.
         widths: [N] across it, > 0.
-        colors: [N, 3] of marks without a tile; of others their mean.
-        opacities: [N] 0 to 1, times the alpha of the tile.
-        tiles: [N] row in `images` of the picture of each mark; `NO_TILE` for the brush of the painting.
+        colors: [N, 3] of marks without a tile; for others the mean of the tile.
+        opacities: [N] 0 to 1, multiplied by the alpha of the tile.
+        tiles: [N] index into `images` of the picture of each mark; `NO_TILE` for the brush of the painting.
         images: uint8 [h, w, 4] each, red, green, blue and straight alpha.
-        layers: [N] whole numbers, later ones laid later; None: 0 for all.
+        layers: [N] whole numbers; higher ones are laid later. None: 0 for all.
     """
 
     COLUMNS: ClassVar = Patches.COLUMNS | {
@@ -129,7 +129,7 @@ class Marks(Patches):
                 raise ValueError(f"images must have at most {MOST_TILE} texels a side")
 
     def __add__(self, other: "Marks") -> "Marks":
-        """Both, `self` first and below, with the images of both."""
+        """Concatenate, with `self` first and in the lower layers, and the images of both."""
         shifted = np.where(other.tiles == NO_TILE, NO_TILE, other.tiles + len(self.images))
         images = self.images + other.images
         layers = np.unique(self.layers, return_inverse=True)[1]
@@ -141,11 +141,11 @@ class Marks(Patches):
 
 @dataclass(frozen=True, eq=False)
 class Erased(Patches):
-    """N discs of the front surface, on which strokes of the scene are not painted.
+    """N discs of a surface on which strokes of the scene are erased.
 
     Attributes:
         means: [N, 3] centres.
-        normals: [N, 3] of the surface, to the side on which it was erased.
+        normals: [N, 3] of the surface, toward the side from which it was erased.
         radii: [N] > 0.
     """
 
@@ -161,7 +161,7 @@ class Combs(Patches):
     Attributes:
         means: [N, 3] centres.
         radii: [N] > 0.
-        directions: [N, 3] that strokes turn to; the sign does not matter.
+        directions: [N, 3] target direction of strokes; the sign does not matter.
         strengths: [N] 0 (not at all) to 1.
     """
 
@@ -182,7 +182,7 @@ class Density(Patches):
     Attributes:
         means: [N, 3] centres.
         radii: [N] > 0.
-        factors: [N] on the strokes per area, 0 (none) to 100.
+        factors: [N] on the number of strokes per area, 0 (none) to 100.
     """
 
     COLUMNS: ClassVar = Patches.COLUMNS | {"radii": ((), (1e-12, MOST)), "factors": ((), (0, 100))}
@@ -192,15 +192,14 @@ class Density(Patches):
 
 @dataclass(frozen=True, eq=False)
 class Overpaint:
-    """All that is painted over a scene. A kind of which there is nothing is None.
+    """All overpaint of a scene; each kind is None if there is none.
 
     Attributes:
-        marks: paint that is laid last.
-        erased: where strokes of the scene are not painted.
-        combs: where they are turned.
-        density: where there are more or fewer.
-        time: the moment of a moving scene that it was painted over, seconds; None for a scene that does not
-            move.
+        marks: paint on top of the strokes.
+        erased: where strokes are erased.
+        combs: where strokes are turned.
+        density: where strokes are more or less dense.
+        time: moment of a moving scene that was painted over, seconds; None for a still scene.
     """
 
     marks: Marks | None = None
@@ -211,7 +210,7 @@ class Overpaint:
 
     @staticmethod
     def joined(parts: "Sequence[Overpaint]") -> "Overpaint":
-        """One after the other; the moment is that of the first that has one.
+        """Concatenate overpaint; the time is that of the first part that has one.
 
         Args:
             parts: any number.

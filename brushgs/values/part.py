@@ -24,25 +24,25 @@ class Part:
 
     @classmethod
     def whole(cls, width: int, height: int) -> Self:
-        """All of a picture."""
+        """The whole picture."""
         return cls(0, 0, width, height)
 
     @property
     def rows(self) -> slice:
-        """Its rows."""
+        """Slice of its rows."""
         return slice(self.top, self.top + self.height)
 
     @property
     def columns(self) -> slice:
-        """Its columns."""
+        """Slice of its columns."""
         return slice(self.left, self.left + self.width)
 
     def is_in(self, width: int, height: int) -> bool:
-        """Whether a picture of this size holds all of it."""
+        """Whether it lies entirely in a picture of this size."""
         return self.left + self.width <= width and self.top + self.height <= height
 
     def grown(self, reach: int, width: int, height: int) -> "Part":
-        """The part with what lies up to `reach` from it, on to whole tiles, in a picture of this size."""
+        """The part extended by `reach` pixels, then to whole tiles, within a picture of this size."""
         spans = (self.columns, TILE[0], width), (self.rows, TILE[1], height)
         (left, right), (top, bottom) = (
             (
@@ -54,5 +54,5 @@ class Part:
         return Part(left, top, right - left, bottom - top)
 
     def inside(self, other: "Part") -> "Part":
-        """The same pixels, counted from the corner of another part that holds them."""
+        """The same pixels relative to the corner of another part that contains them."""
         return Part(self.left - other.left, self.top - other.top, self.width, self.height)

@@ -1,6 +1,6 @@
-"""What is known of a picture beside its pixels.
+"""Metadata of a picture.
 
-OpenEXR holds all of it; `brushgs.formats.pictures.metadata` says what the other formats hold.
+OpenEXR stores all of it; for other formats see `brushgs.formats.pictures.metadata`.
 """
 
 import re
@@ -11,31 +11,31 @@ from typing import Literal
 from brushgs.values.camera import Camera
 from brushgs.values.part import Part
 
-_FOLDERS = re.compile(r"[^,:()=]*[/\\]")  # of a file within a value such as mask:shots/a.png
+_FOLDERS = re.compile(r"[^,:()=]*[/\\]")  # folders of a file, also within a value such as mask:shots/a.png
 
 
 def without_folders(word: str) -> str:
-    """A word of a command line with its files by their names alone."""
+    """A word of a command line with the folders of its files removed."""
     return _FOLDERS.sub("", word.rstrip("/\\")) or "."
 
 
 @dataclass(frozen=True)
 class Origin:
-    """How a picture came about."""
+    """How a picture was made."""
 
-    # that painted it, such as "brushgs render truck.splat --look ink": options that are not the usual ones,
-    # files by their names, without folders
+    # the command, such as "brushgs render truck.splat --look ink": without default options, and files without
+    # folders
     command: str
-    inputs: str = ""  # a digest of the files that it names
+    inputs: str = ""  # digest of the files that it names
 
 
 @dataclass(frozen=True)
 class Panorama:
-    """How a picture lies on a sphere, and where its eyes are.
+    """Spherical projection and stereo layout of a picture.
 
     Attributes:
-        degrees: width of the picture of one eye: 360, 180, or None for a perspective picture.
-        eyes: None for one; "side": the left one left; "top": the left one above.
+        degrees: angle of view of the width of one eye: 360, 180, or None for a perspective picture.
+        eyes: None for one eye; "side": side by side, left eye first; "top": left eye above the right.
     """
 
     degrees: Literal[360, 180] | None = None
@@ -43,29 +43,28 @@ class Panorama:
 
     @property
     def is_photo_sphere(self) -> bool:
-        """Whether the tags of pictures can say what it is: these know one eye."""
+        """Whether Photo Sphere tags can describe it: these support a full sphere with one eye only."""
         return self.degrees == 360 and self.eyes is None
 
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """Where a picture stands in a film, and how it was seen. What is None is not known and not written.
+    """Metadata of a picture: its camera, origin, and place in a film. None: unknown, and not written.
 
     Raises:
         ValueError: if `fps` is not above 0.
     """
 
-    camera: Camera | None = None  # that sees the picture
-    number: int | None = None  # of the frame, as in the name of its file
-    fps: float | None = None  # frames a second
-    # the file with the names of the strokes of all frames (`write_manifest`), as it is named from the folder
-    # of the picture; None where the names stand in the picture itself
+    camera: Camera | None = None  # of the picture
+    number: int | None = None  # frame number, as in the file name
+    fps: float | None = None  # frames per second
+    # file with the stroke names of all frames (`write_manifest`), relative to the folder of the picture; None
+    # if each picture stores its names
     manifest: PurePath | None = None
-    # how it was painted, which its metadata say; see `brushgs.formats.pictures.metadata`
-    origin: Origin | None = None
+    origin: Origin | None = None  # how it was made, see `brushgs.formats.pictures.metadata`
     dpi: float | None = None  # pixels per inch on paper
-    part: Part | None = None  # the part of the view of the camera that the picture is
-    panorama: Panorama | None = None  # of a sphere or of two eyes
+    part: Part | None = None  # part of the camera's view that the picture covers; None for all
+    panorama: Panorama | None = None  # of a spherical or stereo picture
 
     def __post_init__(self) -> None:
         if self.fps is not None and not 0 < self.fps < float("inf"):

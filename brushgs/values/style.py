@@ -1,8 +1,8 @@
-"""A style, learnt from a painting or from an edit of a scene, that applies to any scene.
+"""Styles: learnt from a painting or an edit of a scene, applicable to any scene.
 
-It travels as a file, see `formats.styles`. A style of a painting has a palette and marks, one of an edit
-has an edit. Colours are display-encoded RGB, 0 to 1; lengths are shares of the shorter side of the painting,
-and of a narrower one than 4:3 of that of 4:3 of the same area.
+Stored as a file, see `formats.styles`. A style of a painting has a palette and marks, a style of an edit has
+an edit. Colours are display-encoded RGB, 0 to 1. Lengths are shares of the shorter side of the painting; if
+it is more elongated than 4:3, of the shorter side of a 4:3 picture with the same area.
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class NamedColor:
 
     Attributes:
         name: in words, such as "deep blue".
-        rgb: [3]; may be changed in the file: the colours close to it change along.
+        rgb: [3]; may be edited in the file: the colours close to it change with it.
         share: of the painting, 0 to 1; the shares of a palette sum to 1.
         offsets: [m, 3] colours of the painting minus the learnt `rgb`, equally weighted, m >= 1.
     """
@@ -61,7 +61,7 @@ class MarkSpectrum:
     """Sizes of the marks in one kind of area: shares of the shorter side at the 20th, 50th, 80th percentile.
 
     Attributes:
-        share: of the painting that is such an area, 0 to 1.
+        share: of the painting covered by such areas, 0 to 1.
         lengths: three, ascending, above 0 to 1.
         widths: likewise.
     """
@@ -71,8 +71,8 @@ class MarkSpectrum:
     widths: tuple[float, ...]
 
 
-RESIDUAL_ZERO = 128  # of 0 to 255: no difference in colour
-RESIDUAL_STEP = 1 / 320  # OKLab: of a residual, which reaches 0.4 either way
+RESIDUAL_ZERO = 128  # byte for a residual of 0
+RESIDUAL_STEP = 1 / 320  # OKLab per step; residuals are at most 0.4 in size
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,10 +80,10 @@ class MarkDictionary:
     """Marks cut out of a painting, with their colours.
 
     Attributes:
-        colors: [n, 3] OKLab, the mean of each; the most frequent kinds of marks first.
-        shares: [n] of the painting's marks that are of such a kind.
-        texels: [n, h, w, 4] of each mark, along the rows: what its colour differs by from the mean, OKLab in
-            steps of `RESIDUAL_STEP` from `RESIDUAL_ZERO`; and its coverage, 255 is full.
+        colors: [n, 3] mean OKLab colour of each; the most frequent kinds of marks first.
+        shares: [n] share of the painting's marks that are of this kind.
+        texels: [n, h, w, 4] picture of each mark, lying along the rows: OKLab residual from the mean colour,
+            in steps of `RESIDUAL_STEP` from `RESIDUAL_ZERO`; and coverage, 255 is full.
     """
 
     colors: F32
@@ -95,7 +95,7 @@ class MarkDictionary:
 
     @classmethod
     def of_residuals(cls, colors: F64, residuals: F32, coverage: F32, shares: F64) -> "MarkDictionary":
-        """From OKLab means [n, 3], residuals [n, 3, h, w] and coverage [n, h, w], 0 to 1."""
+        """Quantise OKLab means [n, 3], residuals [n, 3, h, w] and coverage [n, h, w], 0 to 1."""
         steps = np.clip(np.rint(residuals / RESIDUAL_STEP) + RESIDUAL_ZERO, 0, 255)
         alpha = np.rint(255 * coverage)[:, None]
         texels = np.concatenate([np.where(alpha > 0, steps, RESIDUAL_ZERO), alpha], axis=1)
@@ -104,26 +104,23 @@ class MarkDictionary:
 
     @property
     def residuals(self) -> F32:
-        """[n, h, w, 3] OKLab."""
+        """[n, h, w, 3] OKLab residuals from the mean colours."""
         return residuals_of(self.texels)
 
     @property
     def contrasts(self) -> F64:
-        """[n] deviation of the lightness within each mark, OKLab."""
+        """[n] standard deviation of the lightness within each mark, OKLab."""
         weights = self.texels[..., 3].astype(np.float64)
         squares = (weights * self.residuals[..., 0].astype(np.float64) ** 2).sum(axis=(1, 2))
         return np.asarray(np.sqrt(squares / np.maximum(weights.sum(axis=(1, 2)), 1)))
 
     @property
     def mean_contrast(self) -> float:
-        """The mean over the painting of the contrast within its marks, OKLab."""
+        """Mean contrast of the painting's marks, OKLab."""
         return float(np.average(self.contrasts, weights=self.shares))
 
     def factors_at(self, ranks: F64) -> F64:
-        """Contrasts over their mean, below which such shares of the painting's marks lie, 0 to 1.
-
-        Of the shape of `ranks`; 1 where no mark has any contrast.
-        """
+        """Quantiles of the contrast over its mean, at `ranks` (0 to 1, any shape); 1 without any contrast."""
         mean = self.mean_contrast
         if mean == 0:
             return np.ones_like(ranks)
@@ -139,7 +136,7 @@ class MarkDictionary:
 
 
 def residuals_of(texels: U8) -> F32:
-    """[..., 3] OKLab of texels [..., 4] of marks."""
+    """[..., 3] OKLab residuals of texels [..., 4] of marks."""
     return (texels[..., :3].astype(np.float32) - RESIDUAL_ZERO) * np.float32(RESIDUAL_STEP)
 
 
@@ -150,18 +147,18 @@ class StyleMarks:
     Attributes:
         length: of a typical mark, as a share of the painting's shorter side, in (0, 1].
         aspect: its length over its width, 1 to 20.
-        directions: [h, w, 2] twice the angle of marks from +x towards +y as unit vectors, times how clear it
-            is, 0 to 1; see `brushgs.passes.form.mark_directions`.
-        broken_lightness: standard deviation by which marks differ from their neighbours in OKLab lightness.
-        broken_chroma: the same in a and b.
-        ground: [3] colour that shows between marks; None where none does.
-        relief: how much the light on ridges of paint is seen, 0 to 1, as `LightConfig.relief`; 0 where that
-            is not known, and the relief of a look stays.
+        directions: [h, w, 2] unit vectors of twice the angle of marks (from +x towards +y), times a
+            confidence of 0 to 1; see `brushgs.passes.form.mark_directions`.
+        broken_lightness: standard deviation of OKLab lightness between neighbouring marks.
+        broken_chroma: the same for a and b.
+        ground: [3] colour that shows between marks; None if none does.
+        relief: visibility of the light on ridges of paint, 0 to 1, see `LightConfig.relief`; 0 if unknown:
+            the relief of the look is then kept.
         brushes: stroke images cut out of the painting, each [h, w] uint8 coverage with its mark along the
-            rows; none where no mark stands alone.
-        coherent: sizes where marks run side by side; None where that is nowhere, or not known.
-        incoherent: sizes where they do not; likewise.
-        dictionary: marks with their colours; None where there are none.
+            rows; empty if no mark is isolated.
+        coherent: sizes where marks run side by side; None if they do nowhere, or it is unknown.
+        incoherent: sizes elsewhere; likewise.
+        dictionary: marks with their colours; None if there are none.
     """
 
     length: float
@@ -179,13 +176,14 @@ class StyleMarks:
 
 @dataclass(frozen=True, eq=False)
 class StyleStage:
-    """What surrounds the subject of a painting, continued all around: the surroundings of any other subject.
+    """Surroundings of the subject of a painting, continued all around, to be used for any other subject.
 
-    Rows go from the top of the wall to the foot of the subject; columns around it, the last beside the first.
+    Rows go from the top of the wall to the foot of the subject; columns go around it, the last next to the
+    first.
 
     Attributes:
-        colors: [h, w, 3] of about the size of marks; nothing larger is copied from the painting.
-        directions: [h, w, 2] of marks, as those of `StyleMarks`.
+        colors: [h, w, 3] about one pixel per mark, so that nothing larger is copied from the painting.
+        directions: [h, w, 2] of marks, see `StyleMarks`.
     """
 
     colors: F32
@@ -197,7 +195,7 @@ class StyleLines:
     """The dark contours of a painting.
 
     Attributes:
-        share: of the painting that such lines are, 0 to 1.
+        share: of the painting covered by such lines, 0 to 1.
         width: of a typical line, a share of the shorter side, above 0.
         rgb: [3] their colour.
     """
@@ -256,8 +254,8 @@ class Style:
         palette: of a painting; else None.
         marks: of a painting; None for a style of colours only.
         edit: of an edit; else None.
-        stage: of a painting; None for what a look has around a subject.
-        lines: of a painting; None where it has no contours.
+        stage: of a painting; None for the surroundings of the look.
+        lines: of a painting; None if it has no contours.
     """
 
     name: str
