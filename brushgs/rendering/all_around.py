@@ -1,5 +1,6 @@
-"""Light and paper of a picture all around: continuous from face to face, which a lamp and a canvas fixed to
-each face would not be.
+"""Light and paper of spherical pictures, continuous across the faces of the cube.
+
+A lamp and a canvas fixed to each face would show seams.
 """
 
 from dataclasses import replace
@@ -19,15 +20,16 @@ from brushgs.values.frame import Frame
 if TYPE_CHECKING:
     from brushgs.rendering.canvas import Painting
 
-NUM_LAMPS = 8  # around the canvas, whose light is mixed
-GRAIN_OCTAVES = 2  # of the paper: coarse bumps and fine ones
+NUM_LAMPS = 8  # lamp directions around the canvas between which light is interpolated
+GRAIN_OCTAVES = 2  # of the paper: coarse and fine bumps
 
 
 def lit_all_around(frame: Frame, lamp: Lamp, face: Camera, down: F64, *, is_moving: bool) -> Array:
-    """A face of a cube, lit by a lamp whose direction on the canvas varies over the sphere.
+    """Light a face of a cube by a lamp whose direction on the canvas varies over the sphere.
 
-    A lamp fixed to the canvas keeps its angle to the direction down at each place, one in the scene its own
-    direction. Shading is nearly linear in the slope of the light, so that of a few lamps is mixed.
+    A lamp fixed to the canvas keeps its angle to the local down direction; a lamp in the scene keeps its
+    direction in space. Shading is nearly linear in the slope of the light, so it is interpolated between a
+    few lamps.
 
     Args:
         frame: the face, with height.
@@ -63,7 +65,7 @@ def lit_all_around(frame: Frame, lamp: Lamp, face: Camera, down: F64, *, is_movi
 
 
 def _slopes(lamp: Lamp, face: Camera, down: F64) -> F64:
-    """[H, W, 2] horizontal direction to the lamp over its height above the canvas, at each pixel."""
+    """[H, W, 2] slope of the light at each pixel: horizontal direction to the lamp over its height."""
     x, y = _places(face)
     towards = down if lamp.towards is None else face.viewmat[:3, :3] @ np.asarray(lamp.towards)
     right, below = towards[0] - x * towards[2], towards[1] - y * towards[2]
@@ -78,13 +80,13 @@ def _slopes(lamp: Lamp, face: Camera, down: F64) -> F64:
 
 
 def _lamp_of(lamp: Lamp, slope_x: float, slope_y: float) -> Lamp:
-    """The lamp fixed to the canvas in another direction."""
+    """The lamp, fixed to the canvas in the direction of a slope."""
     length = float(np.hypot(slope_x, slope_y))
     return replace(lamp, azimuth=atan2(slope_y, slope_x), elevation=atan2(1, length), towards=None)
 
 
 def paper_all_around(painting: "Painting", face: Camera) -> Surface | None:
-    """The ground of a face: its colour, and the tooth of paper as a noise on the sphere, without weave."""
+    """The ground of a face: its colour, and paper grain as noise on the sphere, without weave."""
     surface = painting.surface
     if surface is None:
         return None

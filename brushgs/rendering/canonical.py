@@ -1,11 +1,11 @@
-"""Which way a stroke points in any view, by stroke and view alone: frames painted alone agree.
+"""Direction of strokes as a function of stroke and view alone, so that independently rendered frames agree.
 
-For one stroke the directions in all views are a field of tangents on the sphere of views, which has singular
-views whatever one does. `lock="anchor"` has two, both ends of the longest axis, which lie at views in which
-surfaces are seen. Here both are one, at the view from which the stroke is seen least: a vector across
-`facing`, `along`, is carried to the view by the shortest turn, and the direction is that of its picture. It
-turns by less than a degree for each degree of the view on the half of the sphere that is faced. Then it bends
-toward the axis of the ellipse, the more slender the closer.
+The directions of a stroke over all views form a tangent field on the sphere of views, which must have
+singular views. `lock="anchor"` has two, at the ends of the longest axis, from which surfaces are visible.
+Here both coincide at the view from which the stroke is least visible: the vector `along`, perpendicular to
+`facing`, is rotated with `facing` to the view by the shortest rotation, and projected. On the hemisphere
+around `facing` it turns by less than a degree per degree of the view. Finally it is bent toward the axis of
+the ellipse, the more so the more slender the ellipse.
 """
 
 from collections.abc import Callable
@@ -26,18 +26,18 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 
-NUM_ALONG = 32  # directions across `facing` that are tried
-NUM_BEST = 2  # candidates of `facing` for which they are
-MINOR_AXIS = 0.3  # cost of lying along the minor axis of a needle, as of the track
-RATE = 0.08  # cost of turning by one degree for each degree of the view
+NUM_ALONG = 32  # candidates of `along` for each `facing`
+NUM_BEST = 2  # best candidates of `facing` for which `along` is searched
+MINOR_AXIS = 0.3  # cost of lying along the minor axis of a needle, as in tracking
+RATE = 0.08  # cost of turning by one degree per degree of the view
 MOST_RATE = 25.0
-CALMER = 2.5  # by how much a field must turn less than the longest axis does, to be taken
-SOFT = 0.5  # slenderness at which half the way is bent to the axis
-NUM_AROUND, AROUND_SIDE, DISTANCE = 40, 72, 2.6  # views from all around: pixels, and radii of the strokes
-NEAR = 0.01  # radii, before which nothing is seen
-LEAST = 1e-4  # share of the weight of a view that a hidden stroke has
-CHUNK = 1024  # strokes fitted at once, few enough for the cache of a processor
-SINGULAR = 1e-4  # of 1 + the cosine of the angle to `facing`: below, the view counts as singular
+CALMER = 2.5  # factor by which the rate of the longest axis must exceed that of a field, for the field
+SOFT = 0.5  # slenderness at which a direction is bent half of the way to the axis
+NUM_AROUND, AROUND_SIDE, DISTANCE = 40, 72, 2.6  # views around: number, side in pixels, distance in radii
+NEAR = 0.01  # near plane, in radii
+LEAST = 1e-4  # least weight of a view, relative to the total
+CHUNK = 1024  # strokes fitted at once, few enough for the cache
+SINGULAR = 1e-4  # least value of 1 + the cosine of the angle to `facing`; below, the view is singular
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,9 +46,9 @@ class Canonical:
 
     Attributes:
         facing: [N, 3] unit vectors, world axes: opposite to the singular view.
-        along: [N, 3] unit vectors across these.
-        is_anchored: [N] whether a stroke turns less where it follows its longest axis, as "anchor" has it:
-            thin things that are seen from all sides.
+        along: [N, 3] unit vectors perpendicular to these.
+        is_anchored: [N] strokes that follow their longest axis, as with "anchor", because they then turn
+            less: thin objects that are visible from all sides.
     """
 
     facing: F64
@@ -56,12 +56,12 @@ class Canonical:
     is_anchored: Mask
 
     def followed_by(self, others: "Canonical") -> "Canonical":
-        """The fields of these strokes, then those of others."""
+        """Concatenate, with the fields of `others` last."""
         pairs = ((getattr(self, one.name), getattr(others, one.name)) for one in fields(Canonical))
         return Canonical(*(np.concatenate(pair) for pair in pairs))
 
     def arrows(self, strokes: Gaussians, camera: Camera) -> F64:
-        """[N] radians, the direction in the picture of what each field carries to a view, not bent."""
+        """[N] directions in the picture of a view, radians, before bending."""
         frame = _Views.of(strokes, camera)
         x, y = frame.carried(self.facing.T, self.along.T)
         if self.is_anchored.any():
@@ -69,7 +69,7 @@ class Canonical:
         return np.nan_to_num(np.arctan2(y, x))
 
     def turned(self, turn: Callable[[Array], Array]) -> "Canonical":
-        """The fields of strokes that are turned; `turn` turns vectors [N, 3] with them."""
+        """The fields of rotated strokes; `turn` rotates vectors [N, 3] with them."""
         facing, along = (turn(one).astype(np.float64) for one in (self.facing, self.along))
         return replace(self, facing=facing, along=along)
 
@@ -79,7 +79,7 @@ class Canonical:
         camera: Camera,
         options: RenderOptions | None = None,
     ) -> Directions:
-        """Which way the strokes point in a view; `options` are those of how they are drawn."""
+        """The directions of the strokes in a view, drawn with `options`; 0 outside the picture."""
         axes, slenderness, is_seen = _ellipses(strokes, camera, options)
         x, y = _Views.of(strokes, camera).carried(self.facing.T, self.along.T)
         found = np.where(is_seen, _bent(np.arctan2(y, x), axes, slenderness), 0.0)
@@ -92,7 +92,7 @@ class Canonical:
 def directions_of(
     strokes: Gaussians, camera: Camera, options: RenderOptions, fields: "Canonical | None" = None
 ) -> Directions | None:
-    """Which way strokes point that are painted in a view alone; None if they have no lock.
+    """Directions of strokes in a view rendered on its own; None if they have no lock.
 
     Strokes outside the picture have the direction 0.
     """
@@ -105,7 +105,7 @@ def directions_of(
 
 
 def fit_canonical(strokes: Gaussians, *, num_threads: int | None = None) -> Canonical:
-    """Choose the field of each stroke by where it is seen, in views from all around, those from below too.
+    """Choose the field of each stroke by its visibility in views from all around, including from below.
 
     Args:
         strokes: N strokes.
@@ -138,12 +138,12 @@ def views_around(strokes: Gaussians) -> list[Camera]:
 
 @dataclass(frozen=True, eq=False)
 class _Views:
-    """How vectors at the means of strokes look in the pictures of one view, or of K.
+    """Projection of vectors at the means of strokes to the pictures of one view, or of K views.
 
     Attributes:
         toward: [3, N] or [3, K, N] unit vectors from the strokes to the cameras.
-        right: the same shape; the part of a vector along it is how far to the right it points in the picture.
-        down: the same for downward.
+        right: the same shape; its dot product with a vector is the x component of the projected vector.
+        down: the same for the y component.
     """
 
     toward: Array
@@ -152,7 +152,7 @@ class _Views:
 
     @classmethod
     def of(cls, strokes: Gaussians, camera: Camera) -> "_Views":
-        """Those of one view."""
+        """The projection of one view."""
         means, turn = strokes.means.T.astype(np.float64), camera.viewmat[:3, :3].astype(np.float64)
         at = turn @ means + camera.viewmat[:3, 3:]
         slopes = at[:2] / np.maximum(at[2], 1e-6)
@@ -163,14 +163,14 @@ class _Views:
         return cls(_unit(camera.position[:, None] - means, axis=0), *sides)
 
     def pictured(self, vectors: Array) -> tuple[Array, Array]:
-        """How far vectors [3, N] point to the right and downward."""
+        """Components x and y of projected vectors [3, N]."""
         return _dot(self.right, vectors), _dot(self.down, vectors)
 
     def carried(self, facing: Array, along: Array) -> tuple[Array, Array]:
-        """The same of `along` [3, N] turned as `facing` turns to the view by the shortest way.
+        """Components x and y of `along` [3, N] after the shortest rotation of `facing` to `toward`.
 
-        That is along - (along . toward) (facing + toward) / (1 + facing . toward), and no picture shows
-        what points toward its camera.
+        The rotated vector is along - (along . toward) (facing + toward) / (1 + facing . toward); `toward`
+        projects to 0.
         """
         cosines = _dot(self.toward, facing)
         part = _dot(self.toward, along) / np.maximum(1 + cosines, SINGULAR)
@@ -184,13 +184,13 @@ class _Looks:
     """Strokes in K views from all around.
 
     Attributes:
-        views: of all of them.
-        weights: [K, N] how much of each stroke is seen, in parts of all that is.
+        views: the K projections.
+        weights: [K, N] visible area of each stroke in each view, over its sum over views.
         doubled: [K, N] exp(2i angle) of the axes of the ellipses.
-        of_area: [K, N] what a direction across both axes costs.
-        of_minor: [K, N] what one along the minor axis costs.
+        of_area: [K, N] weighted cost of a direction diagonal to both axes.
+        of_minor: [K, N] weighted cost of a direction along the minor axis.
         longest: [3, N] the longest axis of each stroke.
-        candidates: [C, 3, N] unit vectors that `facing` may be.
+        candidates: [C, 3, N] unit vectors, candidates for `facing`.
     """
 
     views: _Views
@@ -203,7 +203,7 @@ class _Looks:
 
     @classmethod
     def around(cls, strokes: Gaussians, num_threads: int | None) -> "_Looks":
-        """Of strokes, at least one."""
+        """Look at strokes, at least one, from all around."""
         kernel = StrokeTexture.open("gaussian")
         options, ones = RenderOptions.of(kernel, num_threads=num_threads), np.ones((AROUND_SIDE, AROUND_SIDE))
         plain, cameras = replace(strokes, sh=strokes.sh[:, :1]), views_around(strokes)  # colors do not matter
@@ -228,29 +228,29 @@ class _Looks:
         )
 
     def of(self, rows: slice) -> "_Looks":
-        """The same of some strokes."""
+        """The same for a slice of the strokes."""
         views = _Views(*(getattr(self.views, one.name)[..., rows] for one in fields(_Views)))
         others = (getattr(self, one.name)[..., rows] for one in fields(_Looks) if one.name != "views")
         return _Looks(views, *others)
 
     def rates(self, cosines: Array) -> Array:
-        """[N] degrees by which directions turn for one of the view, where strokes are seen.
+        """[N] mean rate of turn of directions per degree of the view, weighted by visibility.
 
         Args:
-            cosines: [K, N] of the angles between views and the one farthest from those where they turn most.
+            cosines: [K, N] of the angles between each view and `facing`.
         """
         rates = np.minimum((1 - cosines) / np.maximum(1 + cosines, 1e-3), MOST_RATE)
         return np.asarray((self.weights * rates).sum(axis=0))
 
     def best_along(self, facing: Array) -> tuple[Array, Array]:
-        """[N] the cost of the best `along` for a `facing` [3, N], and that vector, [3, N]."""
+        """[N] cost of the best `along` for a `facing` [3, N], and that vector [3, N]."""
         first = _across(facing)
         x, y = self.views.carried(facing, first)
         off = self.doubled * (x - 1j * y) ** 2 / np.maximum(x**2 + y**2, 1e-30)
         second = (self.of_minor * off).sum(axis=0)
         fourth = (self.of_area * off**2).sum(axis=0)
         turns = (2 * np.pi / NUM_ALONG) * np.arange(NUM_ALONG)
-        # Turned about `facing`, the picture turns the other way round: y is down.
+        # A rotation about `facing` has the opposite sense in the picture, as y is down.
         waves = np.stack([np.cos(4 * turns), -np.sin(4 * turns), np.cos(2 * turns), -np.sin(2 * turns)])
         costs = -0.5 * np.stack([fourth.real, fourth.imag, second.real, second.imag], axis=1) @ waves
         turn = turns[costs.argmin(axis=1)]
@@ -258,7 +258,7 @@ class _Looks:
 
 
 def _fitted(looks: _Looks) -> tuple[F64, F64, Mask]:
-    """`Canonical` of the strokes of some looks: [n, 3], [n, 3] and [n]."""
+    """The attributes of `Canonical` for the strokes of some looks: [n, 3], [n, 3] and [n]."""
     toward, rows = looks.views.toward, np.arange(looks.weights.shape[1])
     rates = np.stack([looks.rates(_dot(toward, facing)) for facing in looks.candidates])
     best = np.full(len(rows), np.inf)
@@ -284,7 +284,7 @@ def _fitted(looks: _Looks) -> tuple[F64, F64, Mask]:
 def _ellipses(
     strokes: Gaussians, camera: Camera, options: RenderOptions | None, lock: ViewLock = "off"
 ) -> tuple[F64, F64, Mask]:
-    """[N] the direction of each ellipse, how slender it is, and whether it has a box."""
+    """[N] direction of each ellipse, its slenderness, and whether it has a box."""
     options = RenderOptions(num_sigmas=1.0) if options is None else options
     plain = replace(strokes, sh=strokes.sh[:, :1])  # colors do not matter
     flat = replace(options, lock=lock, order="depth", fade=False, underpaint=None, relief=None)
@@ -300,16 +300,16 @@ def _ellipses(
 
 
 def _slenderness(boxes: Boxes) -> F64:
-    """[M] 0 for round boxes."""
+    """[M] slenderness of boxes, (r - 1 / r)^2 with r the ratio of the sides; 0 for round ones."""
     half = boxes.half_extents.astype(np.float64)
     ratio = half[:, 0] / np.maximum(half[:, 1], 1e-9)
     return np.minimum((ratio - 1 / ratio) ** 2, 1e6)
 
 
 def _bent(angles: F64, axes: F64, slenderness: F64) -> F64:
-    """Directions bent toward the axes of their ellipses, those across by nothing.
+    """Directions bent toward the axes of their ellipses; perpendicular ones are not bent.
 
-    Relative to what is carried to the view, they turn no faster than these axes do.
+    Relative to the unbent directions, they turn no faster than the axes do.
     """
     off = _wrapped(axes - angles, np.pi)
     size = np.abs(off)
@@ -318,7 +318,7 @@ def _bent(angles: F64, axes: F64, slenderness: F64) -> F64:
 
 
 def _candidates(strokes: Gaussians, best_seen: F64) -> F64:
-    """[C, 3, N] unit vectors that `facing` may be; `best_seen` [N, 3] point to where strokes are seen."""
+    """[C, 3, N] candidates for `facing`; `best_seen` [N, 3] point to the views where strokes are visible."""
     shortest, middle, longest = _own_axes(strokes)
     radial = _unit(strokes.means - np.median(strokes.means.astype(np.float64), axis=0))
     found = [best_seen, shortest, -shortest, radial, middle, -middle, longest, -longest]
@@ -336,13 +336,13 @@ def _own_axes(strokes: Gaussians) -> tuple[F64, F64, F64]:
 
 
 def _across(vectors: Array) -> F64:
-    """Unit vectors [3, N] across others."""
+    """Unit vectors [3, N] perpendicular to others."""
     helper = np.where(np.abs(vectors[0]) < 0.7, [[1.0], [0.0], [0.0]], [[0.0], [1.0], [0.0]])
     return _unit(np.cross(vectors, helper, axis=0), axis=0)
 
 
 def _dot(first: Array, second: Array) -> Array:
-    """Products [N] or [K, N] of vectors, whose components are the first axis."""
+    """Dot products [N] or [K, N] of vectors along the first axis."""
     return np.asarray(first[0] * second[0] + first[1] * second[1] + first[2] * second[2])
 
 

@@ -1,4 +1,4 @@
-"""Erased discs of a surface: strokes that reach into them are cut at their rims, as each view sees them."""
+"""Erase discs of a surface: in each view, strokes that reach into a disc are cut at its rim."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """What is erased of the strokes of a coat.
+    """Erased parts of the strokes of a coat.
 
     Attributes:
-        discs: K flat discs, one standard deviation their radius.
-        normals: [K, 3] to the side from which they are erased.
-        tolerances: [K] world units: by how much paint may lie before a disc that it does not hide.
-        touching: [N] strokes of the surface that reach into a disc: within, they are not painted.
-        inside: [N] those of them whose middle lies within one: left out where strokes cannot be cut.
+        discs: K flat discs; their radius is one standard deviation.
+        normals: [K, 3] toward the side from which they are erased.
+        tolerances: [K] world units: paint up to this far in front of a disc does not hide it.
+        touching: [N] mask of strokes of the surface that reach into a disc, within which they are erased.
+        inside: [N] mask of those whose centre lies in a disc; omitted entirely where strokes cannot be cut.
     """
 
     discs: Gaussians
@@ -38,7 +38,7 @@ class Cut:
     inside: Mask
 
     def __add__(self, other: "Cut") -> "Cut":
-        """Both, of the same strokes."""
+        """Join the discs of two cuts of the same strokes."""
         return Cut(
             self.discs + other.discs,
             np.concatenate([self.normals, other.normals]),
@@ -48,22 +48,22 @@ class Cut:
         )
 
     def posed(self, pose: "Pose") -> "Cut":
-        """At a moment of a moving scene."""
+        """The cut at a moment of a moving scene."""
         return replace(self, discs=pose.moved(self.discs), normals=pose.turned(self.discs, self.normals))
 
     def without(self, boxes: Boxes) -> Boxes:
-        """Boxes without those of touching strokes; ids beyond the strokes are of others."""
+        """Boxes with opacity 0 for touching strokes; boxes of plain Gaussians do not change."""
         is_gone = np.append(self.touching, False)[np.minimum(boxes.ids, len(self.touching))]
         return replace(boxes, opacities=np.where(is_gone, 0, boxes.opacities).astype(boxes.opacities.dtype))
 
     def applied(self, frame: Frame, camera: Camera, bare: Callable[[], Frame], part: Part | None) -> Frame:
-        """A frame of the strokes, with that of the others, `bare`, where it is erased.
+        """Blend a frame of all strokes with the frame `bare` where discs are visible.
 
         Args:
             frame: of all strokes of the coat.
             camera: the view.
-            bare: makes the frame of strokes that touch no disc.
-            part: the pixels that the frames hold; None for all.
+            bare: renders the frame of strokes that touch no disc.
+            part: the pixels of the frames; None for all.
         """
         share = self.seen(camera, frame, part)
         if not share.any():
@@ -85,7 +85,7 @@ class Cut:
         return replace(frame, rgb=rgb, alpha=alpha, depth=depth, height=mixed(frame.height, other.height))
 
     def seen(self, camera: Camera, frame: Frame, part: Part | None = None) -> F32:
-        """[H, W] share of each pixel in which the discs are seen: 0 where paint of the frame hides them."""
+        """[H, W] share of each pixel covered by visible discs; 0 where paint of the frame hides them."""
         part = part or Part.whole(camera.width, camera.height)
         found = np.zeros((part.height, part.width), np.float32)
         rows = np.arange(len(self.discs))

@@ -1,16 +1,16 @@
-"""Films made by hand: what happens to boxes after the lock chose them, and before they are painted.
+"""Hand-made animation: change the boxes of a film between projection and painting.
 
-Three things, each by part of the scene (a `Pace`), and a fourth in the whole film:
+Three effects, each set for a part of the scene (a `Pace`), and a fourth for the whole film:
 
-- A drawing is **held** for some frames: boxes are those of its first frame, moved to where their strokes are.
-- Strokes **boil**: every few frames each is drawn anew, a little aside, turned, of another size, and maybe
+- A drawing is **held** for some frames: boxes are those of its first frame, shifted with their strokes.
+- Strokes **boil**: every few frames each is drawn anew, slightly shifted, turned and resized, and possibly
   with another image of its brush.
-- Strokes are **laid again**, each in its rhythm, large ones seldom: the new one grows along its direction
-  over the old one, which goes as it is covered.
-- What moves fast in the picture is **smeared**: thinner strokes trail behind each.
+- Strokes are **laid again**, each in its own rhythm, large ones less often: the new one grows along its
+  direction over the old one, which disappears as it is covered.
+- Fast motion in the picture is **smeared**: thinner strokes trail behind each moving stroke.
 
-All of it is a function of the stroke and the number of the frame, so that frames do not depend on each other.
-Numbers are hashes of stroke and drawing: drawings do not come back, except that a loop begins again.
+All depend only on the stroke and the frame number, so frames can be rendered independently. Random numbers
+are hashes of stroke and drawing: drawings do not repeat, except in loops.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -31,20 +31,20 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.hashing import GOLDEN_32, hash_32
 
-BEHIND = 0.25  # of the strength for what stands around the subject, whose strokes are large
-HELD_WITHIN = 0.75  # of the picture from its middle, the centers of strokes that are held
-LAID_ASIDE = 0.25  # strength with which a stroke that is laid again differs from the one before
-LAYING = 0.15  # seconds in which a stroke is laid
-MOST_LAYING = 0.7  # of the time until it is laid again
-DAB = 0.5  # of its length, the width from which a stroke is laid at one touch
-TOUCH = 0.5  # of its width, the shortest piece of a stroke that is laid or left over
-LARGEST = 6  # times more seldom the largest strokes are laid again
-# Of what is smeared: how far it moves in a frame before it is, of the root of the picture's area; how far it
-# trails behind at most, in lengths; and the places on that way of the strokes that do, with their sizes.
+BEHIND = 0.25  # factor on the strength of boiling for the backdrop, whose strokes are large
+HELD_WITHIN = 0.75  # strokes are held if their centres are this near the middle, in sizes of the picture
+LAID_ASIDE = 0.25  # strength of the difference between a stroke that is laid again and the one before
+LAYING = 0.15  # seconds that laying a stroke takes
+MOST_LAYING = 0.7  # limit of that time, as share of the time until it is laid again
+DAB = 0.5  # width over length from which a stroke is laid at once
+TOUCH = 0.5  # shortest piece of a stroke that is laid or left over, in widths
+LARGEST = 6  # the largest strokes are laid again so many times less often
+# Smear: motion per frame from which it starts, over the root of the picture's area; largest length of the
+# trail, in stroke lengths; and (position, size) of the trailing strokes along it.
 SLOW = 0.03
 MOST_TRAIL = 2.0
 TRAIL = ((0.5, 0.8), (1.0, 0.55))
-_BOILS, _LIES, _WAITS = np.uint32(0x5BD1E995), np.uint32(0x27D4EB2F), np.uint32(0x165667B1)  # streams
+_BOILS, _LIES, _WAITS = np.uint32(0x5BD1E995), np.uint32(0x27D4EB2F), np.uint32(0x165667B1)  # hash streams
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +52,9 @@ class Rhythm:
     """When the strokes of a coat are laid again.
 
     Attributes:
-        rates: [N] how often a second each is laid, 0 for never.
-        phases: [N] share of the time between two layings that has passed when the film begins, 0 to 1.
-        counts: [N] number of layings after which the first one comes again, whole numbers from 1.
+        rates: [N] layings per second, 0 for never.
+        phases: [N] elapsed share of the time between two layings at the start of the film, 0 to 1.
+        counts: [N] number of layings after which they repeat, >= 1.
     """
 
     rates: F64
@@ -71,14 +71,15 @@ class Rhythm:
         is_loop: bool = False,
         places: F64 | None = None,
     ) -> "Rhythm":
-        """Of the strokes of a coat.
+        """The rhythm of the strokes of a coat.
 
         Args:
             coat: the strokes, with the part of each.
-            paces: of what is in no part, then of the parts.
+            paces: of the rest of the scene, then of each part.
             seconds: duration of the film.
-            is_loop: whether it begins again after that: every stroke is then laid a whole number of times.
-            places: [N] where each lies on the way of the wave, 0 to 1; None: each has its own time.
+            is_loop: whether the film loops; every stroke is then laid a whole number of times.
+            places: [N] position of each stroke along a wave that lays them in order, 0 to 1; None for random
+                times.
         """
         asked = np.array([pace.redraw for pace in paces])[_labels(coat, paces)[: len(coat.strokes)]]
         rarity, waves_of_one = _rarity(coat)
@@ -101,7 +102,7 @@ class Rhythm:
 
 
 def _rarity(coat: Coat) -> tuple[NDArray[np.int64], float]:
-    """[N] every how many waves each stroke is laid; waves a second that lay all of the area once a second."""
+    """[N] waves per laying of each stroke, and waves per second that lay the whole area once a second."""
     scales = np.sort(coat.strokes.scales.astype(np.float64), axis=1)
     areas = scales[:, 1] * scales[:, 2]
     rarity = np.ones(len(areas), np.int64)
@@ -114,7 +115,7 @@ def _rarity(coat: Coat) -> tuple[NDArray[np.int64], float]:
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A coat in one frame: what its boxes are made of."""
+    """A coat in one frame, with camera and directions."""
 
     coat: Coat
     camera: Camera
@@ -122,24 +123,24 @@ class Seen:
 
     @cached_property
     def boxes(self) -> Boxes:
-        """As the lock has them."""
+        """Its boxes, without hand-made changes."""
         return self.coat.boxes(self.camera, self.directions)[0]
 
 
 @dataclass(frozen=True, eq=False)
 class Hand:
-    """How far a film is made by hand.
+    """Settings of hand-made animation.
 
     Attributes:
-        paces: of what is in no part, then of the parts from label 1 on.
-        every: frames from one drawing of what boils to the next.
+        paces: of the rest of the scene, then of the parts from label 1 on.
+        every: frames per drawing of boiling strokes.
         holds_camera: whether camera and scene are held with the drawings.
-        fps: frames a second.
+        fps: frames per second.
         num_frames: of the film.
-        is_loop: whether it begins again after its last frame: then strokes are laid again so that it closes.
+        is_loop: whether the film loops; boiling and laying then close.
         rhythms: of the coats, by name; strokes of others are never laid again.
         backdrop: name of the coat that boils less.
-        smear: how far strokes trail behind, 0 to 1.
+        smear: length of trails, 0 to 1.
     """
 
     paces: tuple[Pace, ...]
@@ -154,20 +155,20 @@ class Hand:
 
     @property
     def changes(self) -> bool:
-        """Whether pictures change by more than the scene and the camera do."""
+        """Whether pictures change even if neither scene nor camera does."""
         return any(pace.boil or pace.redraw for pace in self.paces)
 
     @property
     def beat(self) -> int:
-        """Frames after which all that is held and boils begins anew."""
+        """Number of frames after which holds and drawings of all parts start together again."""
         return lcm(*(pace.hold * (self._holds(pace) if pace.boil else 1) for pace in self.paces))
 
     def shown(self, index: int) -> int:
-        """The frame whose camera, and scene, a frame has."""
+        """The frame whose camera and scene are used for a frame."""
         return _start(index, self.paces[0].hold) if self.holds_camera else index
 
     def before(self, index: int) -> tuple[int, int]:
-        """The frame that is shown before another, and 1; of the first one that after it, and -1."""
+        """The previous shown frame, and 1; for the first frame of an open film the next one, and -1."""
         step = self.paces[0].hold if self.holds_camera else 1
         if index >= step:
             return index - step, 1
@@ -176,15 +177,15 @@ class Hand:
         return min(step, self.num_frames - 1), -1
 
     def needed(self, index: int) -> set[int]:
-        """The other frames that a frame is made of."""
+        """The other frames needed to make a frame."""
         return {*self.starts(index), *([self.before(index)[0]] if self.smear else [])} - {index}
 
     def starts(self, index: int) -> tuple[int, ...]:
-        """The first frame of what is held in a frame, for each part."""
+        """The first frame of the hold that contains a frame, for each pace."""
         return tuple(_start(index, pace.hold) for pace in self.paces)
 
     def drawing(self, start: int, pace: Pace) -> int:
-        """The number of the drawing of what boils, in a frame at which something held begins."""
+        """The number of the drawing of boiling strokes, for the first frame of a hold."""
         holds = self._holds(pace)
         block = start // pace.hold
         if not self.is_loop:
@@ -193,11 +194,11 @@ class Hand:
         return block * max(round(num_blocks / holds), 1) // num_blocks
 
     def _holds(self, pace: Pace) -> int:
-        """For how many holds a drawing of what boils lasts."""
+        """Number of holds per drawing of boiling strokes."""
         return -(-self.every // pace.hold)
 
     def state(self, index: int) -> tuple[tuple[int, ...], ...]:
-        """Equal for frames that differ only by what is seen of the scene at the `starts`."""
+        """Key of the hand-made changes: frames with equal keys differ only by the scene at their `starts`."""
         found = zip(self.starts(index), self.paces, strict=True)
         return tuple(
             (self.drawing(start, pace) if pace.boil else 0, start if pace.redraw else 0)
@@ -208,8 +209,8 @@ class Hand:
         """The boxes of a coat in a frame.
 
         Args:
-            index: of the frame whose camera it has, see `shown`.
-            seen: gives the coat in one frame of the film.
+            index: number of the frame whose camera is used, see `shown`.
+            seen: returns the coat in one frame of the film.
         """
         coat, camera = seen(index).coat, seen(index).camera
         labels = _labels(coat, self.paces)
@@ -239,7 +240,7 @@ class Hand:
         return boxes
 
     def _held(self, index: int, seen: Callable[[int], Seen], labels: NDArray[np.intp]) -> Boxes:
-        """The boxes of the drawings that are held, where their strokes are now."""
+        """The boxes of held drawings, shifted with their strokes."""
         now, starts = seen(index), (*self.starts(index), index)
         if set(starts) == {index}:
             return now.boxes
@@ -264,7 +265,7 @@ def _start(index: int, hold: int) -> int:
 
 
 def _labels(coat: Coat, paces: Sequence[Pace]) -> NDArray[np.intp]:
-    """[N] the pace of each row of a coat; what is shown as it is has the number after the last."""
+    """[N] index of the pace of each row of a coat; for plain Gaussians the number of paces."""
     own, plain = _of_parts(coat), coat.plain
     if coat.holds is not None:
         own = np.array([paces.index(pace) for pace in _of_holds(coat, paces)], np.intp)
@@ -278,7 +279,7 @@ def _of_parts(coat: Coat) -> NDArray[np.intp]:
 
 
 def _of_holds(coat: Coat, paces: Sequence[Pace]) -> list[Pace]:
-    """[N] the pace of the part of each stroke, with the hold of its own."""
+    """[N] the pace of each stroke: that of its part, with its own hold."""
     assert coat.holds is not None
     made: dict[tuple[int, int], Pace] = {}
     pairs = zip(_of_parts(coat).tolist(), coat.holds.tolist(), strict=True)
@@ -288,7 +289,7 @@ def _of_holds(coat: Coat, paces: Sequence[Pace]) -> list[Pace]:
 
 
 def with_holds(paces: tuple[Pace, ...], coats: Iterable[Coat]) -> tuple[Pace, ...]:
-    """The paces of parts, and then those that strokes with holds of their own have in them."""
+    """The paces of the parts, followed by those of strokes with their own holds."""
     found = dict.fromkeys(paces)
     for coat in coats:
         if coat.holds is not None:
@@ -299,10 +300,10 @@ def with_holds(paces: tuple[Pace, ...], coats: Iterable[Coat]) -> tuple[Pace, ..
 def _parts(
     now: Seen, starts: Sequence[int], index: int, seen: Callable[[int], Seen], start_of: NDArray[np.intp]
 ) -> Iterator[Boxes]:
-    """The boxes of what is held since each of these frames, and those that came into view since then.
+    """For each start of a hold, its held boxes, and the boxes that came into view since then.
 
-    What lies far outside is not held: there the center of a large stroke moves otherwise than the part of it
-    that is seen.
+    Boxes far outside the picture are not held: the centre of a large stroke there moves differently from its
+    visible part.
     """
     for start in starts:
         here = now.boxes[start_of[now.boxes.ids] == start]
@@ -323,14 +324,14 @@ def _parts(
 
 
 def _laid(boxes: Boxes, coat: Coat, rhythm: Rhythm, seconds: F64, most: float) -> Boxes:
-    """The boxes as they lie, those that are being laid, and below these the ones before.
+    """The boxes of strokes at their current laying; strokes being laid are split into new and old pieces.
 
     Args:
-        boxes: M of a coat; what is shown as it is stays.
+        boxes: M boxes of a coat; those of plain Gaussians do not change.
         coat: the coat.
         rhythm: of its strokes.
-        seconds: [M] since the film began.
-        most: pixels by which strokes lie aside.
+        seconds: [M] since the start of the film.
+        most: largest shift of strokes, pixels.
     """
     ids = np.minimum(boxes.ids, len(rhythm.rates) - 1)
     rates = np.where(boxes.ids < len(coat.strokes), rhythm.rates[ids], 0.0)
@@ -341,8 +342,8 @@ def _laid(boxes: Boxes, coat: Coat, rhythm: Rhythm, seconds: F64, most: float) -
     share_laid = (turns - keys) / np.minimum(LAYING * rates, MOST_LAYING).clip(1e-9)
     length, width = boxes.half_extents.T
     laid = np.flatnonzero((share_laid < 1) & (rates > 0) & (width < DAB * length))
-    # The new one first, then what is left of the old one. That goes behind the new one, in the second half of
-    # the time; at once where paint does not cover, since both would be seen.
+    # The new piece first, then the rest of the old stroke. The old one disappears behind the new one in the
+    # second half of the time; for glazes at the same pace, since both would be visible.
     touch = TOUCH * width[laid] / length[laid]
     reached = np.maximum(share_laid[laid], touch)
     gone = reached if coat.blend == "glaze" else np.maximum(2 * share_laid[laid] - 1, 0)
@@ -363,7 +364,7 @@ def _laid(boxes: Boxes, coat: Coat, rhythm: Rhythm, seconds: F64, most: float) -
 
 
 def _smeared(boxes: Boxes, now: Seen, before: Seen, share: float) -> Boxes:
-    """Boxes with thinner ones that trail behind where they move fast; what is shown as it is has none."""
+    """Add trails of thinner boxes behind fast ones; plain Gaussians have none."""
     moved = projected(now.coat, boxes.ids, now.camera) - projected(before.coat, boxes.ids, before.camera)
     distance = np.hypot(*moved.T)
     slow = SLOW * float(np.sqrt(now.camera.width * now.camera.height))
@@ -385,7 +386,7 @@ def _smeared(boxes: Boxes, now: Seen, before: Seen, share: float) -> Boxes:
 
 
 def _largest_divisors(whole: NDArray[np.int64], most: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The largest divisor of each number that is at most another."""
+    """The largest divisor of each number in `whole` that is at most `most`."""
     found = np.ones_like(most)
     for divisor in range(2, LARGEST + 1):
         found[(divisor <= most) & (whole % divisor == 0) & (whole > 0)] = divisor

@@ -1,4 +1,4 @@
-"""Words on a picture, drawn by OpenImageIO with the fonts that come with it."""
+"""Draw text on pictures with OpenImageIO and its built-in fonts."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,7 +23,7 @@ class Words:
 
 
 def with_words(picture: F32, words: Sequence[Words]) -> F32 | None:
-    """A copy of a picture [H, W, 3] with lines of text; None where OpenImageIO was built without letters."""
+    """A copy of a picture [H, W, 3] with lines of text; None if OpenImageIO was built without text."""
     import OpenImageIO
 
     canvas = OpenImageIO.ImageBuf(np.ascontiguousarray(picture, np.float32))
@@ -37,7 +37,7 @@ def with_words(picture: F32, words: Sequence[Words]) -> F32 | None:
 
 
 def shortened(text: str, most: int) -> str:
-    """The first words of a text that have at most so many letters together, at least one."""
+    """The first words of a text, at most `most` characters together; at least one word."""
     while len(text) > most and " " in text:
         text = text.rsplit(" ", 1)[0].rstrip(",;")
     return text

@@ -1,7 +1,7 @@
-"""A painted view -> its strokes as paths, in painting order, without what is hidden.
+"""Convert a painted view to paths: one or more per visible stroke, in painting order.
 
-A stroke is followed along its axis: where the depth test or a later coat hides it, it is cut. Nearer strokes
-of its own coat cover it, as they do in the picture.
+A stroke is sampled along its axis, and cut where the depth test or a later coat hides it. Nearer strokes of
+its own coat cover it, as in the picture.
 """
 
 from collections.abc import Iterator, Sequence
@@ -22,23 +22,23 @@ from brushgs.values.arrays import F64, Array, Mask, Rows, smoothstep
 from brushgs.values.camera import Camera
 from brushgs.values.paths import Path2D, PathGroup, Paths
 
-STEPS = 17  # places along the axis at which a stroke is looked at
-SHOWN = 0.5  # share of it that shows at a place, from which it is drawn there
-THIN, SLENDER = 4.5, 1.1  # px of a 1000 x 750 picture, width of a line; and its length in widths
-THIN_PIXELS = 3.0  # of a line in any picture: the low-pass of projection widens thin strokes
-DOT, ROUND = 8.0, 1.1  # the same of a dot: its diameter, and its length in widths
-STRIPS, BINS = 10, 32  # bristles of a brush, and places along them
-COVERED = 0.1  # light that a later coat lets through, below which a line under it is cut
-JOINED = 1.2  # widths between pieces of one line
-ALIKE = 0.2  # most difference of the paint of pieces that are one path, relative to the larger
-SOFT_DOT = 0.75  # px, half width of dots beyond which circles are as soft
-WIDER = 1.03  # a line as soft as that of a brush, over one that is opaque
-AROUND = 3  # px, side of the window in which the paint that paper takes is measured
-FAINTEST = 2 * MIN_ALPHA  # opacity below which a path is left out
+STEPS = 17  # samples along the axis of a stroke
+SHOWN = 0.5  # visible share from which a sample is drawn
+THIN, SLENDER = 4.5, 1.1  # lines: largest width, px of a 1000 x 750 picture; least length over width
+THIN_PIXELS = 3.0  # width that is a line at any size, px: the low-pass of projection widens thin strokes
+DOT, ROUND = 8.0, 1.1  # dots: largest diameter, px of a 1000 x 750 picture; largest length over width
+STRIPS, BINS = 10, 32  # bristles of a brush, and samples along them
+COVERED = 0.1  # transmittance of later coats below which a line under them is cut
+JOINED = 1.2  # largest gap between pieces of one line, in widths
+ALIKE = 0.2  # largest difference of the paint of pieces in one path, relative to the larger
+SOFT_DOT = 0.75  # px, half width of dots above which `WIDER` applies
+WIDER = 1.03  # width of a path as soft as that of a brush, over that of an opaque one
+AROUND = 3  # px, side of the window in which the paint taken by paper is averaged
+FAINTEST = 2 * MIN_ALPHA  # opacity below which a path is omitted
 
 
 class _Runs(NamedTuple):
-    """Shown parts of strokes, [R] each: the box, its first and last place, -1 to 1, and share of paint."""
+    """Visible parts of strokes, [R] each: box, start and end along it, -1 to 1, and share of its paint."""
 
     boxes: Rows
     starts: F64
@@ -46,7 +46,7 @@ class _Runs(NamedTuple):
     shares: F64
 
     def take(self, rows: Rows) -> "_Runs":
-        """Some of them."""
+        """The runs at these rows."""
         return _Runs(self.boxes[rows], self.starts[rows], self.ends[rows], self.shares[rows])
 
 
@@ -56,13 +56,13 @@ def paths_of(
     ground: tuple[float, float, float] | None = None,
     region_names: Sequence[str] = (),
 ) -> Paths:
-    """The strokes of a view as paths.
+    """Convert the strokes of a view to paths.
 
     Args:
         laid: its coats, in the order of laying.
         camera: the view.
-        ground: RGB behind them; None for transparent.
-        region_names: from region 1.
+        ground: RGB behind the paths; None for transparent.
+        region_names: names of the regions from 1 on.
     """
     groups: list[PathGroup] = []
     passed = np.ones((camera.height, camera.width))
@@ -86,7 +86,7 @@ def _groups(laid: LaidCoat, passed: F64, camera: Camera, names: Sequence[str]) -
         regions[: len(own)] = own
     of_runs, depths = regions[laid.boxes.ids[runs.boxes]], laid.boxes.depths[runs.boxes]
     groups = []
-    # What lies farther is painted first, strokes as regions.
+    # Farther regions are painted first, by the median depth of their strokes.
     labels = sorted(np.unique(of_runs), key=lambda label: -float(np.median(depths[of_runs == label])))
     for label in labels:
         rows = np.flatnonzero(of_runs == label)
@@ -99,7 +99,7 @@ def _groups(laid: LaidCoat, passed: F64, camera: Camera, names: Sequence[str]) -
 
 
 def _are_lines(laid: LaidCoat, camera: Camera) -> Mask:
-    """[M] whether the box of a stroke is that of a line."""
+    """[M] whether a box is drawn as a line."""
     brushes, half = BrushSet.of(laid.coat.texture), laid.boxes.half_extents
     thin = max(THIN * canvas_scale(camera.width, camera.height), THIN_PIXELS)
     is_thin = (2 * half[:, 1] <= thin) & (half[:, 0] >= SLENDER * half[:, 1])
@@ -107,7 +107,7 @@ def _are_lines(laid: LaidCoat, camera: Camera) -> Mask:
 
 
 def _are_dots(laid: LaidCoat, camera: Camera) -> Mask:
-    """[M] whether the box of a stroke is that of a dot; lines are none."""
+    """[M] whether a box is drawn as a dot, and not as a line."""
     half, most = laid.boxes.half_extents, DOT * canvas_scale(camera.width, camera.height)
     is_round = (2 * half[:, 1] <= most) & (half[:, 0] <= ROUND * half[:, 1])
     is_image = BrushSet.of(laid.coat.texture).kind != "gaussian"
@@ -115,7 +115,7 @@ def _are_dots(laid: LaidCoat, camera: Camera) -> Mask:
 
 
 def _shown(laid: LaidCoat, passed: F64, is_line: Mask) -> _Runs:
-    """The shown parts of the strokes of a coat, the farthest first; lines and dots are cut here."""
+    """The visible parts of the strokes of a coat, the farthest first; only lines and dots are cut here."""
     boxes, steps = laid.boxes, np.linspace(-1, 1, STEPS)
     along = np.stack([np.cos(boxes.angles), np.sin(boxes.angles)], axis=1) * boxes.half_extents[:, :1]
     points = boxes.centers[:, None] + steps[:, None] * along[:, None]
@@ -124,7 +124,7 @@ def _shown(laid: LaidCoat, passed: F64, is_line: Mask) -> _Runs:
         columns = np.clip(points[..., 0], 0, width - 1).astype(np.intp)
         rows = np.clip(points[..., 1], 0, height - 1).astype(np.intp)
     shown = _fade(laid, np.arange(len(boxes)), points)
-    # Areas are painted over, and cut by themselves; lines and dots may be plotted.
+    # Areas are painted over, and cut later; lines and dots may be plotted, so hidden parts are removed.
     shown[is_line] *= passed[rows[is_line], columns[is_line]] > COVERED
     shown[~is_line] = np.maximum(shown[~is_line], 1)
     taken = shown
@@ -145,7 +145,7 @@ def _shown(laid: LaidCoat, passed: F64, is_line: Mask) -> _Runs:
 
 
 def _taken(laid: LaidCoat, share: Array) -> F64:
-    """[H, W] share of the paint around a pixel that the paper takes, by that of the pixels."""
+    """[H, W] share of the paint taken by the paper, averaged around each pixel of `share`."""
     painted = np.divide(laid.alpha, share, out=np.zeros_like(laid.alpha), where=share > 0)
     around = [uniform_filter(one.astype(np.float64), AROUND) for one in (laid.alpha, painted)]
     return np.asarray(np.minimum(around[0] / np.maximum(around[1], 1e-9), 1))
@@ -186,7 +186,7 @@ def _paths(laid: LaidCoat, runs: _Runs, camera: Camera) -> Iterator[Path2D]:
 
 @cache
 def _covers(texture: StrokeTexture) -> Mask:
-    """[STRIPS, BINS] where a brush covers its box, v by u: as much of the box as its coverage."""
+    """[STRIPS, BINS] mask of where a brush covers its box (v by u), with its mean coverage as area."""
     across, along = ((np.arange(n) + 0.5) / n * 2 - 1 for n in (STRIPS, BINS))
     if texture.kind != "image":
         return np.asarray(across[:, None] ** 2 + along**2 < 1)
@@ -204,7 +204,7 @@ def _covers(texture: StrokeTexture) -> Mask:
 
 @cache
 def _solid(texture: StrokeTexture) -> float:
-    """Mean coverage of a box by a brush; the outermost texels of an image lie half outside."""
+    """Mean coverage of a box by a brush; the outermost texels of an image count half (they overhang)."""
     if texture.kind != "image":
         return np.pi / 4
     rows, columns = (np.convolve(np.ones(max(n - 1, 1)), (0.5, 0.5)) for n in texture.coverage.shape)
@@ -212,7 +212,7 @@ def _solid(texture: StrokeTexture) -> float:
 
 
 def _areas(laid: LaidCoat, rows: Rows, covers: Sequence[Mask], brush: Rows) -> list[F64]:
-    """[K, 2] of each of some boxes the bristles that show, as rectangles with NaN between; perhaps none."""
+    """For each of these boxes, its visible bristles: rectangles [K, 2] separated by NaN; K may be 0."""
     boxes = laid.boxes
     across, along = ((np.arange(n) + 0.5) / n * 2 - 1 for n in (STRIPS, BINS))
     u = np.stack([np.cos(boxes.angles[rows]), np.sin(boxes.angles[rows])], axis=1).astype(np.float64)
@@ -237,7 +237,7 @@ def _areas(laid: LaidCoat, rows: Rows, covers: Sequence[Mask], brush: Rows) -> l
 
 
 def _fade(laid: LaidCoat, rows: Rows, places: F64) -> F64:
-    """How far boxes pass the depth test at places [n, ..., 2], see `DepthTest`."""
+    """Factors of the depth test on boxes at places [n, ..., 2], see `DepthTest`."""
     test = laid.in_front_of
     if test is None:
         return np.ones(places.shape[:-1])
@@ -250,7 +250,7 @@ def _fade(laid: LaidCoat, rows: Rows, places: F64) -> F64:
 
 
 def _lines(thin: Rows, laid: LaidCoat, runs: _Runs, solid: F64) -> Iterator[Path2D]:
-    """Thin strokes as polylines; pieces of a line whose rows and ends follow each other are one."""
+    """Thin strokes as polylines; consecutive pieces of a line whose ends meet are joined."""
     boxes = laid.boxes
     thin = thin[np.lexsort((runs.starts[thin], boxes.ids[runs.boxes[thin]]))]
     rows = runs.boxes[thin]
@@ -275,7 +275,7 @@ def _lines(thin: Rows, laid: LaidCoat, runs: _Runs, solid: F64) -> Iterator[Path
 
 
 def _joined(ends: F64, widths: F64, opacities: F64, color: tuple[float, ...]) -> Iterator[Path2D]:
-    """Polylines of pieces [n, 2, 2] in a row; a gap, or another pressure, begins a new one."""
+    """Polylines of consecutive pieces [n, 2, 2]; a gap or a change of paint starts a new one."""
     red, green, blue = map(float, color)
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     points, begin = [ends[0, 0], ends[0, 1]], 0
@@ -285,7 +285,7 @@ def _joined(ends: F64, widths: F64, opacities: F64, color: tuple[float, ...]) ->
         weights = np.maximum(lengths[pieces], 1e-9)
         width, opacity = (np.average(one[pieces], weights=weights) for one in (widths, opacities))
         length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
-        overlap = max(float(weights.sum() / max(length, 1e-9)), 1.0)  # where pieces do, they add up
+        overlap = max(float(weights.sum() / max(length, 1e-9)), 1.0)  # paint adds up where pieces overlap
         return Path2D("line", line, float(width), (red, green, blue), 1 - (1 - float(opacity)) ** overlap)
 
     paint = widths * opacities

@@ -1,8 +1,8 @@
-"""Rigs: several cameras in the place of one, for pictures all around and for two eyes.
+"""Rigs: several cameras in place of one, for spherical and stereo pictures.
 
-A rig turns the camera of a frame into the cameras of its eyes and, for spheres, of the faces of a cube around
-each. All are painted by the same renderer. Strokes point in all eyes as they do for the camera between them,
-so none flips from one to the other.
+A rig replaces the camera of a frame by one for each eye and, for spherical pictures, by those of the faces of
+a cube around each. All use the same renderer. Stroke directions are those of the camera between the eyes, so
+no stroke flips between them.
 """
 
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.project import Directions
 
-WIDER = 1.5  # sides of the view that directions are found in: eyes see beyond that of the camera between them
+WIDER = 1.5  # factor on the sides of the view for directions: eyes see more than the camera between them
 
 
 @dataclass(frozen=True)
@@ -45,13 +45,13 @@ class Rig:
 
     @property
     def panorama(self) -> Panorama:
-        """How players are to show the picture."""
+        """Projection and stereo layout of the picture, for players."""
         stereo = self.projection.stereo
         degrees: Literal[360, 180] | None = 180 if stereo == "vr180" else 360 if stereo is None else None
         return Panorama(degrees, "side" if stereo == "vr180" else stereo)
 
     def eyes(self, camera: Camera) -> list[Camera]:
-        """The cameras of the eyes, left first: parallel, half the distance to each side."""
+        """The cameras of the eyes, left first: parallel, shifted by half of `ipd` to each side."""
         if self.projection.stereo is None:
             return [camera]
         return [moved_aside(camera, side * self.ipd) for side in (-0.5, 0.5)]
@@ -65,7 +65,7 @@ class Rig:
         return sphere_of(self.projection, camera).faces(camera, GUIDE_MARGIN)
 
     def beside(self, pictures: Sequence[Array]) -> Array:
-        """Pictures [H, W, ...] of all eyes as one."""
+        """Join the pictures [H, W, ...] of all eyes."""
         return np.concatenate(pictures, axis=0 if self.projection.stereo == "top" else 1)
 
     def frame(
@@ -92,7 +92,7 @@ class Rig:
         return frames[0] if len(frames) == 1 else self._joined(frames)
 
     def _seen_by(self, number: int, wanted: Wanted) -> Wanted:
-        """What is wanted of one eye: the next frame as that eye sees it."""
+        """The requested outputs of one eye, with the next frame as seen by that eye."""
         following = wanted.following
         if following is None:
             return wanted
@@ -112,7 +112,7 @@ class Rig:
 
 
 def moved_aside(camera: Camera, right: float) -> Camera:
-    """The camera moved along its own right axis, world units."""
+    """The camera shifted along its right axis, world units."""
     viewmat = camera.viewmat.copy()
     viewmat[0, 3] -= right
     return replace(camera, viewmat=viewmat)
@@ -121,7 +121,7 @@ def moved_aside(camera: Camera, right: float) -> Camera:
 def directions_between(
     coats: "Sequence[Coat]", camera: Camera, directions: "Sequence[Directions | None]" = ()
 ) -> "tuple[Directions | None, ...]":
-    """Directions of the strokes of coats as a camera sees them, for the eyes beside it; given ones stay."""
+    """Stroke directions of coats in the view of a camera, for the eyes beside it; given ones are kept."""
     given = [*directions, *[None] * (len(coats) - len(directions))]
     return tuple(
         _seen_from(coat, camera) if one is None else one for coat, one in zip(coats, given, strict=True)
@@ -129,7 +129,7 @@ def directions_between(
 
 
 def _seen_from(coat: "Coat", camera: Camera) -> "Directions | None":
-    """Directions in the view of a camera, of strokes beside its picture in a wider one."""
+    """Directions in the view of a camera; for strokes outside its picture, those in a wider picture."""
     found = directions_of(coat.strokes, camera, coat.options, coat.fields)
     wide = directions_of(coat.strokes, wider(camera), coat.options, coat.fields)
     if found is None or wide is None:
@@ -138,7 +138,7 @@ def _seen_from(coat: "Coat", camera: Camera) -> "Directions | None":
 
 
 def wider(camera: Camera) -> Camera:
-    """A camera with the same picture and its surroundings."""
+    """A camera whose picture extends that of `camera` on all sides."""
     width, height = (round(WIDER * side) for side in (camera.width, camera.height))
     K = camera.K.copy()
     K[:2, 2] += 0.5 * (width - camera.width), 0.5 * (height - camera.height)

@@ -1,7 +1,7 @@
-"""Rub soft tone: the effect of a thumb or a stump on masses of charcoal.
+"""Rub soft tones: the effect of a thumb or a stump on masses of charcoal.
 
-Tones gather in few values with clear edges, and these edges are rubbed: here hardly, there widely. How much
-is a noise of the places in space that pixels show, so nothing swims when the camera moves.
+Tones are quantised softly to a few values, and the edges between these are blurred by varying amounts. The
+amount is a noise in space, so it moves with the surfaces when the camera moves.
 """
 
 from dataclasses import dataclass, replace
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.surface import Surface
 
-SHARP, SOFT = 0.9, 5.0  # px of a 1000 x 750 picture, deviation of edges that are not rubbed, and most rubbed
-RISE = 0.5  # width of an edge between two values before it is rubbed, in their difference
-GATHERED = 0.8  # share of the tone that gathers in values; the rest stays as it is
-SOLID = (0.3, 0.7)  # coverage between which the border of a mass lies
-TOOTH = 0.2  # of the tone: more on the peaks of the paper, less in its hollows, where it is not rubbed
-TRUNCATED = 2.5  # deviations after which an edge that is rubbed ends
-STEP = 4  # pixels between places at which the noise is computed; tiles hold whole steps
-FINEST = (10.0, 30.0)  # px, length of a wave of noise below which it is gone, and from which it is whole
-# Directions of the waves, whose sum is the noise: of 6, evenly spread over the sphere, and their phases.
+SHARP, SOFT = 0.9, 5.0  # least and largest standard deviation of the blur, px of a 1000 x 750 picture
+RISE = 0.5  # width of the edge between two values before blurring, over their difference
+GATHERED = 0.8  # share of the quantised tone; the rest is the original one
+SOLID = (0.3, 0.7)  # range of coverage across the border of a mass
+TOOTH = 0.2  # relative change of unrubbed tone, from the hollows of the paper to its peaks
+TRUNCATED = 2.5  # radius of the blur, in standard deviations
+STEP = 4  # pixels between samples of the noise; tiles are multiples of it
+FINEST = (10.0, 30.0)  # px, wavelengths of the noise at which it is faded out, and at which it is full
+# The noise is a sum of six waves: directions, evenly spread over the sphere, and phases.
 _GOLDEN = (1 + 5**0.5) / 2
 WAVES = np.array(
     [(0, 1, _GOLDEN), (0, -1, _GOLDEN), (1, _GOLDEN, 0), (-1, _GOLDEN, 0), (_GOLDEN, 0, 1), (_GOLDEN, 0, -1)]
@@ -40,14 +40,14 @@ PHASES = np.array([0.3, 1.9, 4.1, 2.8, 5.4, 0.9])
 
 @dataclass(frozen=True, eq=False)
 class Rub:
-    """Gather the tone of a coat in values, and rub their edges: an `Effect`.
+    """Quantise the tones of a coat to values, and rub the edges between them: an `Effect`.
 
     Attributes:
-        paper: RGB of no tone.
+        paper: RGB without tone.
         black: RGB of full tone; the colours of the coat lie between both.
-        values: shares of black, ascending; the first and the last bound the tone.
-        strength: how far edges are rubbed, 0 to 1.
-        wave: length of a wave of the noise, world units, > 0.
+        values: shares of black, ascending; the first and the last are the limits.
+        strength: of the rubbing, 0 to 1.
+        wave: wavelength of the noise, world units, > 0.
     """
 
     paper: tuple[float, float, float]
@@ -85,7 +85,7 @@ class Rub:
         return replace(painted, rgb=taken[..., None] * paper + toned[..., None] * tint, alpha=taken)
 
     def reach(self, camera: Camera) -> int:
-        """See `Effect`: that of the widest rubbing."""
+        """See `Effect`: radius of the widest blur."""
         return ceil(TRUNCATED * SOFT * canvas_scale(camera.width, camera.height)) + 1
 
     def areas(self, picture: Array) -> None:
@@ -96,7 +96,7 @@ class Rub:
         return replace(coat, effect=None)
 
     def _gathered(self, shares: Array) -> Array:
-        """Shares of black, gathered in the values."""
+        """Shares of black, softly quantised to the values."""
         gathered = np.full_like(shares, self.values[0])
         for low, high in zip(self.values, self.values[1:], strict=False):
             if high > low:
@@ -106,11 +106,11 @@ class Rub:
         return np.asarray(GATHERED * gathered + (1 - GATHERED) * shares, shares.dtype)
 
     def _noise(self, depth: Array, camera: Camera, part: Part | None = None) -> F32:
-        """[H, W] how far each pixel is rubbed, 0 to 1."""
+        """[H, W] amount of rubbing of each pixel, 0 to 1."""
         rows, columns = (np.arange(size)[STEP // 2 :: STEP] for size in depth.shape)
         if not len(rows) or not len(columns):
             return np.zeros(depth.shape, np.float32)
-        # A camera whose pixel centres are the chosen ones.
+        # A camera whose pixel centres are those of every `STEP`-th pixel.
         shift = 0.5 - (STEP // 2 + 0.5) / STEP
         scale = np.array([[1 / STEP, 0, shift], [0, 1 / STEP, shift], [0, 0, 1]])
         few = depth[STEP // 2 :: STEP, STEP // 2 :: STEP]
@@ -130,7 +130,7 @@ class Rub:
 
 
 def _rubbed(plane: Array, noise: Array, pixel: float) -> Array:
-    """A plane [H, W] blurred between hardly and widely."""
+    """A plane [H, W], blurred from little (noise 0) to most (noise 1)."""
     sharp, soft = (
         ndimage.gaussian_filter(plane, sigma * pixel, mode="nearest", truncate=TRUNCATED)
         for sigma in (SHARP, SOFT)

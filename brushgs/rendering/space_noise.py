@@ -1,6 +1,6 @@
-"""Noise at the points of space that the pixels of a view show: it moves with the surfaces, so nothing swims.
+"""Noise in space, evaluated at the surface points of pixels, so that it moves with the surfaces.
 
-The sizes of its octaves double. Those of some sizes in the picture are seen, with smooth weights: the grain
+The sizes of its octaves double. Octaves are weighted smoothly by their size in the picture, so that the grain
 of the noise is about the same on near and far surfaces, and in pictures of all sizes.
 Source: Perlin 2002 (Improving noise); Benard et al. 2009 (Dynamic solid textures: octaves by their size in
 the picture).
@@ -15,19 +15,19 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.values.arrays import F64, Array
 from brushgs.values.camera import Camera
 
-FINEST = 0.012  # of the diagonal: cells of the finest octave
+FINEST = 0.012  # size of the cells of the finest octave, over the diagonal
 OCTAVES = 5
 
 
 @dataclass(frozen=True)
 class Anchor:
-    """Where the noise of a job is fixed, world units.
+    """Origin, scale and focus of the noise of a job, world units.
 
     Attributes:
-        center: the origin of its cells.
+        center: origin of its cells.
         scale: size of the cells of one octave, > 0.
-        focus: the middle of what the picture is about.
-        reach: distance from there within which things are in focus, > 0.
+        focus: centre of interest of the picture.
+        reach: radius around it that is in focus, > 0.
         seed: of the noise.
     """
 
@@ -38,7 +38,7 @@ class Anchor:
     seed: int = 0
 
     def distances(self, points: Array) -> F64:
-        """[N] distance of points to the focus, in its reach."""
+        """[N] distance of points from the focus, over `reach`."""
         apart = points.astype(np.float64) - np.asarray(self.focus)
         return np.asarray(np.linalg.norm(apart, axis=1) / self.reach)
 
@@ -52,15 +52,15 @@ def space_noise(
     octaves: int = OCTAVES,
     corner: tuple[int, int] = (0, 0),
 ) -> Array:
-    """[H, W, 3] two noises of mean 0 and deviation 1, and the distance to the focus; 0 where nothing is.
+    """[H, W, 3] two noises (mean 0, deviation 1) and the distance to the focus; 0 where nothing is painted.
 
-    The first noise has all octaves, the second the slow ones. Distances are relative to the reach.
+    The first noise has all octaves, the second only the coarse ones. Distances are relative to the reach.
 
     Args:
         depth: [H, W] camera z, 0 where nothing is painted; of the view or a part of it.
         camera: the view.
         anchor: where the noise is fixed.
-        finest: cells of the finest octave, in diagonals of the picture.
+        finest: size of the cells of the finest octave, in diagonals of the picture.
         octaves: of the first noise, >= 2.
         corner: column and row of the upper left pixel of the part.
     """
@@ -83,11 +83,11 @@ def space_noise(
 
 
 def rays_of(camera: Camera, anchor: Anchor, finest: float) -> tuple[F64, F64, float]:
-    """Points in cells of an anchor, as they follow from pixels and depth.
+    """The linear map from pixels and depth to points, in cells of an anchor.
 
     Returns:
-        [4, 3] what a pixel to the right, a pixel down and the upper left corner add to a point of depth 1,
-        and the centre of the camera; [3] the focus; and the size of the finest octave at depth 1.
+        [4, 3] steps of a pixel to the right and down, and the upper left corner, all at depth 1 relative to
+        the camera centre, which is the last row; [3] the focus; and the size of the finest octave at depth 1.
     """
     to_world, inverse = np.linalg.inv(camera.viewmat), np.linalg.inv(camera.K)
     rays = (to_world[:3, :3] @ inverse).T / anchor.scale

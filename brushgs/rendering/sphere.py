@@ -1,8 +1,8 @@
-"""Pictures all around a camera, or of the half sphere before it, from the faces of a cube around it.
+"""Spherical pictures, of all directions or a half sphere, from the faces of a cube around the camera.
 
-Each face is a perspective picture of 90 degrees and a margin, which gives media their surroundings. Faces are
-resampled to an equirectangular picture: column and row are longitude and latitude. Where two faces meet they
-fade into each other, within `BAND`. Poles and the seam at longitude 180 degrees lie in the middle of faces.
+Each face is a perspective picture of 90 degrees and a margin, as media need the surroundings of a pixel.
+Faces are resampled to an equirectangular picture: column and row are longitude and latitude. Adjacent faces
+are cross-faded within `BAND`. The poles and the seam at longitude 180 degrees lie in the middle of faces.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,12 +25,12 @@ if TYPE_CHECKING:
     from brushgs.rendering.project import Directions
     from brushgs.rendering.wanted import Wanted
 
-HALF_FACE, MARGIN, BAND = radians(45), radians(2), radians(0.75)  # half angles of view
-GUIDE_MARGIN = radians(10)  # of the views that strokes are made for: media leave their borders free
-SHARPNESS = 1.5  # pixels in the middle of a face for each pixel of the equator
-SAMPLES = 2  # of a pixel, along each side
+HALF_FACE, MARGIN, BAND = radians(45), radians(2), radians(0.75)  # half angle of view; additions to it
+GUIDE_MARGIN = radians(10)  # margin of the views that strokes are made for: media leave borders bare
+SHARPNESS = 1.5  # pixels in the middle of a face per pixel of the equator
+SAMPLES = 2  # per pixel, along each side
 BAND_PIXELS = 1 << 17  # resampled at once
-# Axes of a face in those of the camera: right, down, forward.
+# Axes of a face (right, down, forward) in camera axes.
 FRONT = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 RIGHT, LEFT = ((0, 0, -1), (0, 1, 0), (1, 0, 0)), ((0, 0, 1), (0, 1, 0), (-1, 0, 0))
 BACK = ((-1, 0, 0), (0, 1, 0), (0, 0, -1))
@@ -39,12 +39,12 @@ UP, DOWN = ((1, 0, 0), (0, 0, 1), (0, -1, 0)), ((1, 0, 0), (0, 0, -1), (0, 1, 0)
 
 @dataclass(frozen=True)
 class Sphere:
-    """The faces around a camera, and their picture.
+    """The cube faces around a camera, and the equirectangular picture made of them.
 
     Attributes:
         width: of the picture of one eye, pixels.
-        height: of it, pixels; 180 degrees.
-        span: angle that the width shows, radians: 2 pi or pi.
+        height: of the picture, pixels; 180 degrees.
+        span: angle of view of the width, radians: 2 pi or pi.
     """
 
     width: int
@@ -53,7 +53,7 @@ class Sphere:
 
     @property
     def turns(self) -> tuple[F64, ...]:
-        """[3, 3] each, the axes of the faces; a half sphere does without the one behind."""
+        """[3, 3] each, axes of the faces; a half sphere has none behind."""
         faces = (FRONT, RIGHT, LEFT, UP, DOWN) if self.span < 2 * pi else (FRONT, RIGHT, BACK, LEFT, UP, DOWN)
         return tuple(np.array(face, np.float64) for face in faces)
 
@@ -63,7 +63,7 @@ class Sphere:
         return SHARPNESS * self.width / self.span
 
     def faces(self, camera: Camera, margin: float = MARGIN) -> list[Camera]:
-        """The cameras of the faces around one, the one ahead first; of its lens only `near` is used."""
+        """The cameras of the faces around `camera`, front first; only its pose and `near` are used."""
         side = 2 * ceil(self.focal * tan(HALF_FACE + margin))
         K = np.array([[self.focal, 0, 0.5 * side], [0, self.focal, 0.5 * side], [0, 0, 1]])
         cameras = []
@@ -76,7 +76,7 @@ class Sphere:
     def frames(
         self, painting: "Painting", camera: Camera, eyes: Sequence[Camera], wanted: "Wanted"
     ) -> list[Frame]:
-        """The pictures of eyes near a camera, in whose faces the directions of strokes are found."""
+        """The pictures of eyes near a camera; with several eyes, stroke directions are those of its faces."""
         from brushgs.rendering.rigs import directions_between
 
         locked: list[Sequence[Directions | None]] = [()] * len(self.turns)
@@ -125,7 +125,7 @@ class Sphere:
         directions: "Sequence[Directions | None]",
         wanted: "Wanted",
     ) -> Frame:
-        """One face, lit as part of the sphere."""
+        """Render one face, with light and paper of the sphere."""
         flat = replace(painting, surface=paper_all_around(painting, face), lamp=None)
         frame = flat.frame(face, directions, wanted=wanted)
         if painting.lamp is None or frame.height is None:
@@ -134,13 +134,13 @@ class Sphere:
         return replace(frame, rgb=rgb)
 
     def _lengths(self) -> Array:
-        """[side, side, 1] distance along the ray of each pixel of a face, over the depth."""
+        """[side, side, 1] distance along the ray of each pixel of a face, over its depth."""
         side = 2 * ceil(self.focal * tan(HALF_FACE + MARGIN))
         across = ((np.arange(side) + 0.5 - 0.5 * side) / self.focal).astype(np.float32) ** 2
         return np.asarray(np.sqrt(1 + across[:, None] + across)[..., None])
 
     def resampled(self, faces: Sequence[Array]) -> F32:
-        """[height, width, C] the picture of faces [side, side, C]: bilinear, mean of `SAMPLES`^2 places."""
+        """Resample faces [side, side, C] to [height, width, C]: bilinear, mean of `SAMPLES`^2 samples."""
         side, channels = faces[0].shape[1:]
         picture = np.empty((self.height, self.width, channels), np.float32)
         pixels = [np.ascontiguousarray(face, np.float32).reshape(-1, channels) for face in faces]
@@ -160,7 +160,7 @@ class Sphere:
         return picture
 
     def nearest(self, faces: Sequence[Array]) -> F32:
-        """[height, width, C] the same without any mixing, for depths and normals."""
+        """Resample faces to [height, width, C] by the nearest pixel, for depths and normals."""
         side, channels = faces[0].shape[1:]
         picture = np.empty((self.height, self.width, channels), np.float32)
         for rows in self._bands():
@@ -179,7 +179,7 @@ class Sphere:
         return picture
 
     def rays(self, rows: slice, samples: int) -> F32:
-        """[h * samples * width * samples, 3] directions of places in rows of the picture, camera axes."""
+        """[h * samples * width * samples, 3] directions of the samples in these rows, camera axes."""
         down = (np.arange(rows.start * samples, rows.stop * samples) + 0.5) / (samples * self.height)
         across = (np.arange(self.width * samples) + 0.5) / (samples * self.width)
         latitude, longitude = (0.5 - down)[:, None] * pi, (across - 0.5) * self.span
@@ -190,7 +190,7 @@ class Sphere:
         return rays.reshape(-1, 3)
 
     def _seen(self, rays: F32, turn: F64, side: int) -> tuple[NDArray[np.intp], F32, F32, F32]:
-        """Numbers of the places that a face shows, x and y of these in it, and their weights [n, 1]."""
+        """Indices of the rays that hit a face, their x and y in it, and cross-fade weights [n, 1]."""
         x, y, z = (rays @ axis.astype(np.float32) for axis in turn)
         off = np.maximum(np.abs(x), np.abs(y))
         places = np.flatnonzero(off < z * tan(HALF_FACE + BAND))
@@ -206,23 +206,23 @@ class Sphere:
             yield slice(start, min(start + step, self.height))
 
     def _split(self, parts: dict[str, list[Array]], mixed: F32) -> dict[str, F32]:
-        """The stacked channels by name."""
+        """Undo `_stacked`: the channels of `mixed` by name."""
         ends = np.cumsum([planes[0].shape[2] for planes in parts.values()])
         return dict(zip(parts, np.split(mixed, ends[:-1], axis=2), strict=True))
 
 
 def sphere_of(projection: ProjectionConfig, camera: Camera) -> Sphere:
-    """The sphere in the size of a camera's picture."""
+    """The sphere whose picture has the size of the camera's."""
     return Sphere(camera.width, camera.height, pi if projection.stereo == "vr180" else 2 * pi)
 
 
 def _stacked(parts: dict[str, list[Array]]) -> list[Array]:
-    """The channels of each face in one array."""
+    """Concatenate the channels of each face."""
     return [np.concatenate(face, axis=2) for face in zip(*parts.values(), strict=True)]
 
 
 def _between(face: F32, x: F32, y: F32, side: int) -> F32:
-    """[n, C] the pixels [side * side, C] of a face between its pixel centers, bilinear."""
+    """[n, C] bilinear interpolation of the pixels [side * side, C] of a face."""
     column, row = x.astype(np.int32), y.astype(np.int32)
     right, below = (x - column)[:, None], (y - row)[:, None]
     first = row * side + column

@@ -1,7 +1,7 @@
-"""The tones of a picture of strokes, for drawing: smoothed within surfaces, and with spot blacks.
+"""Tones of a picture of strokes, for drawing: smoothed within surfaces, and spot blacks.
 
-Lengths are pixels in a picture of `PIXELS`, and scale with the root of the area: pictures of all sizes show
-the same shapes.
+Lengths are pixels in a picture of `PIXELS` pixels, and scale with the root of the area, so that pictures of
+all sizes show the same shapes.
 """
 
 from collections.abc import Sequence
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.effect import Color
 
-FINE, FINE_EDGE = 3.0, 0.05  # radius over which tones are averaged, px, and the contrast of edges that stay
-BROAD, BROAD_EDGE = 12.0, 0.10  # the same for the masses that become black
-JUMP = 0.05  # of the depth, beyond which what is nearer crosses what is behind
-HALO = 3.0  # px of paper that are left there
-THINNING, STEEP = 6.0, 1.6  # px beyond a sharp outline that thinning ink reaches, and its contrast
-SHARP = 0.6  # px, standard deviation of the last smoothing, in place of the steps of pixels
-FADED = (0.6, 1.1)  # areas over the least one at which a region is paper, and wholly black
-LAID, SKIRT = 0.8, 2.0  # share from which a pixel counts as ink, and px of the soft edge around it
+FINE, FINE_EDGE = 3.0, 0.05  # averaging radius of tones, px, and contrast of the edges that are kept
+BROAD, BROAD_EDGE = 12.0, 0.10  # the same for masses, which become black
+JUMP = 0.05  # relative depth step that counts as an occlusion edge
+HALO = 3.0  # px of paper left behind such an edge
+THINNING, STEEP = 6.0, 1.6  # reach of thinning ink beyond a sharp outline, px, and its contrast
+SHARP = 0.6  # px, standard deviation of the final antialiasing
+FADED = (0.6, 1.1)  # area over the least area up to which a region is paper, and from which it is fully black
+LAID, SKIRT = 0.8, 2.0  # share from which a pixel counts as ink, and width of the soft edge around it, px
 EDGE = 1.6  # px, standard deviation of the smoothing of the outline of blacks
-ROUND = 0.5  # share of a mask within `EDGE` at which its outline runs
-LOWEST, HIGHEST, ROUNDS = 0.06, 0.46, 7  # tones between which the threshold lies, and halvings of these
-CLEAR, SOLID = 0.3, 0.45  # alpha of strokes up to which paper hides nothing, and from which it hides all
+ROUND = 0.5  # level of the smoothed mask at which the outline runs
+LOWEST, HIGHEST, ROUNDS = 0.06, 0.46, 7  # range of the threshold, and steps of its bisection
+CLEAR, SOLID = 0.3, 0.45  # alpha of strokes up to which paper is transparent, and from which it is opaque
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +40,10 @@ class Tones:
     """Tones of a picture.
 
     Attributes:
-        fine: [H, W] 0 (black) to 1 (white, and where there is nothing).
-        broad: [H, W] the same of masses.
+        fine: [H, W] 0 (black) to 1 (white, also where nothing is painted).
+        broad: [H, W] the same for masses.
         alpha: [H, W] coverage.
-        is_jump: [H, W] behind something nearer.
+        is_jump: [H, W] mask of surfaces just behind an occlusion edge.
         scale: see `scale_of`.
     """
 
@@ -75,32 +75,32 @@ class Tones:
         return cls(fine, broad, alpha, is_jump, scale)
 
     def is_black(self, threshold: float) -> Mask:
-        """[H, W] the masses darker than a threshold, with smooth outlines, before small ones are left out."""
+        """[H, W] mask of masses darker than a threshold, with smooth outlines; small ones are included."""
         dark = (self.masses < threshold) & self.can_be_black
         return np.asarray((self.smoothed(dark) > ROUND) & ~self.is_jump)
 
     @property
     def masses(self) -> F32:
-        """[H, W] the tones by which masses are told."""
+        """[H, W] tones that are compared with the threshold: the mean of fine and broad tones."""
         return np.asarray(0.5 * (self.fine + self.broad))
 
     @property
     def can_be_black(self) -> Mask:
-        """[H, W] surfaces, but for paper behind what is nearer."""
+        """[H, W] mask of surfaces, except behind occlusion edges."""
         return np.asarray((self.alpha > 0.5) & ~self.is_jump)
 
     def smoothed(self, mask: Array | Mask) -> F32:
-        """[H, W] a mask averaged over its neighbourhood."""
+        """[H, W] a mask, smoothed by a Gaussian."""
         return np.asarray(ndimage.gaussian_filter(mask.astype(np.float32), EDGE * self.scale, truncate=3.0))
 
 
 def _side(radius: float) -> int:
-    """Pixels along a square window of a radius, px, at least 1."""
+    """Side of the square window of a radius of at least 1, pixels."""
     return 2 * max(1, round(radius)) + 1
 
 
 def _within_edges(values: F32, radius: float, contrast: float) -> F32:
-    """Averages that keep edges of more than a contrast.
+    """Smooth values, but keep edges above a contrast.
 
     Source: He, Sun and Tang 2010, Guided Image Filtering.
     """
@@ -117,17 +117,17 @@ def _within_edges(values: F32, radius: float, contrast: float) -> F32:
 
 @dataclass(frozen=True)
 class Blacks:
-    """Spot blacks: the effect on a coat of strokes in greys, which leaves their darkest masses in one colour.
+    """Spot blacks: an `Effect` that paints the darkest masses of a coat of grey strokes in one colour.
 
-    Everything else becomes paper, which hides what lies behind. With a threshold of 0 all is paper.
+    The rest becomes opaque paper. With a threshold of 0 all is paper.
 
     Attributes:
         threshold: tone below which a mass is black.
         least_area: of a region, share of the picture.
         ink: RGB.
         paper: RGB.
-        softness: tones to both sides of the threshold over which ink thins out, for films: where a mass is as
-            dark as the threshold, an edge would jump from frame to frame. 0 for a sharp edge.
+        softness: range of tones on both sides of the threshold over which ink thins out, for films: where a
+            mass is about as dark as the threshold, a sharp edge would jump between frames. 0: sharp edge.
     """
 
     threshold: float
@@ -155,7 +155,7 @@ class Blacks:
         return Frame(rgb, alpha, painted.depth, painted.height)
 
     def reach(self, camera: Camera) -> int | None:
-        """See `Effect`: regions count by their whole area, paper alone by none."""
+        """See `Effect`: None, as regions are selected by their whole area; 0 for paper alone."""
         return None if self.threshold > 0 else 0
 
     def areas(self, picture: Array) -> "Sequence[tuple[Array, Color]]":
@@ -172,36 +172,36 @@ class Blacks:
         return replace(coat, strokes=in_colors(coat.strokes, colors), effect=None)
 
     def shares(self, tones: Tones) -> F32:
-        """[H, W] 0 (paper) to 1 (ink): smooth within a pixel of the outline."""
+        """[H, W] 0 (paper) to 1 (ink), antialiased at the outline."""
         mask = tones.is_black(self.threshold)
         least = self.least_area * mask.size
         shares = _by_area(mask, least)
         if not shares.any():
             return shares
-        shares += (1 - shares) * (1 - _by_area(~mask, 0.5 * least)) * ~mask  # holes in them fill likewise
+        shares += (1 - shares) * (1 - _by_area(~mask, 0.5 * least)) * ~mask  # small holes are filled likewise
         if self.softness:
             return self._thinning(tones, shares)
         near = ndimage.gaussian_filter(shares, SHARP * tones.scale, truncate=3.0)
         smooth = np.asarray(np.clip((near - 0.2) / 0.6, 0, 1), np.float32)
-        whole = _without_small(smooth > LAID, least)  # a neck that was smoothed away leaves pieces
+        whole = _without_small(smooth > LAID, least)  # smoothing may have cut a region into small pieces
         near_whole = ndimage.maximum_filter(whole, _side(SKIRT * tones.scale))
         return np.asarray(smooth * near_whole, np.float32)
 
     def _thinning(self, tones: Tones, shares: F32) -> F32:
-        """[H, W] the same with edges over a range of tones, near regions of these shares."""
+        """[H, W] shares of ink that thin out over a range of tones, near regions with these shares."""
         ramp = np.clip(0.5 + (self.threshold - tones.masses) / (2 * self.softness), 0, 1) * tones.can_be_black
         near = ndimage.maximum_filter(shares, _side(THINNING * tones.scale), mode="nearest")
         return np.asarray(near * np.clip(0.5 + STEEP * (tones.smoothed(ramp) - 0.5), 0, 1), np.float32)
 
 
 def large_ones(mask: Mask, least: float) -> Mask:
-    """The regions of a mask of at least a share of the picture, without holes smaller than half of that."""
+    """The regions that cover at least `least` of the picture, with holes below half of that filled."""
     kept = _without_small(mask, least * mask.size)
     return ~_without_small(~kept, 0.5 * least * mask.size)
 
 
 def _by_area(mask: Mask, least: float) -> F32:
-    """[H, W] 1 in regions of a mask from a least area on, px, less in smaller ones: none pops up."""
+    """[H, W] weight of each region by its area over `least` (px), rising smoothly so that none pops up."""
     labels, count = ndimage.label(mask)
     areas = np.bincount(labels.ravel(), minlength=count + 1)
     shares = smoothstep((areas / max(least, 1.0) - FADED[0]) / (FADED[1] - FADED[0]))
@@ -219,13 +219,13 @@ def _without_small(mask: Mask, least: float) -> Mask:
 def blacks_of(
     pictures: "list[Tones]", *, share: float, most_regions: int, least_pixels: float
 ) -> tuple[float, float]:
-    """The threshold and least area by which blacks cover a share of what is painted in some pictures.
+    """Choose threshold and least area so that blacks cover a share of the painted area of pictures.
 
     Args:
-        pictures: of a job, at least one.
+        pictures: at least one.
         share: 0 to 1.
-        most_regions: at most, in each picture.
-        least_pixels: area of a region in a picture of `PIXELS`.
+        most_regions: limit of black regions in each picture.
+        least_pixels: least area of a region in a picture of `PIXELS` pixels.
 
     Returns:
         `Blacks.threshold` and `Blacks.least_area`.
@@ -242,7 +242,7 @@ def blacks_of(
 
 
 def _area_of(mask: Mask, rank: int) -> float:
-    """The area that all but `rank` regions of a mask are below, as a share of the picture."""
+    """Least area that only the `rank` largest regions of a mask reach, as a share of the picture."""
     labels, count = ndimage.label(mask)
     if count <= rank:
         return 0.0
