@@ -106,7 +106,7 @@ def paper_all_around(painting: "Painting", face: Camera) -> Surface | None:
 
 
 def _places(face: Camera) -> tuple[F64, F64]:
-    """[1, W] and [H, 1] x and y of the pixels of a camera at depth 1."""
+    """X [1, W] and y [H, 1] of the pixel centres of a camera at depth 1."""
     x = (np.arange(face.width) + 0.5 - face.K[0, 2]) / face.K[0, 0]
     y = (np.arange(face.height) + 0.5 - face.K[1, 2]) / face.K[1, 1]
     return x[None], y[:, None]

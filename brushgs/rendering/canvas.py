@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.surface import Surface
     from brushgs.values.sheets import Sheet
 
-CARRIED = 0.5  # share of the height below that stays under a coat: canvas shows through paint
+CARRIED = 0.5  # share of the height below that shows through a coat, such as threads of canvas
 CARRIED_MOVING = 0.0  # the same while the camera moves, see `Painting.is_moving`
 
 
@@ -51,7 +51,7 @@ class Canvas:
         region_names: see `Painting`.
         part: see `Painting`.
         dpi: see `Painting`.
-        reach: how far from a pixel its colour depends on others, see `Painting.reach`.
+        reach: radius of the pixels that a pixel depends on, see `Painting.reach`.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class Canvas:
         self._tint: Array | None = None  # [H, W, 3] product of all glazes over the ground
 
     def lay(self, coat: Coat, boxes: Boxes) -> Frame:
-        """Lay the boxes of a coat, and return its own frame, whose arrays the next call overwrites."""
+        """Lay the boxes of a coat; returns its own frame, whose arrays the next call overwrites."""
         if coat.is_flat:
             coat, boxes = coat.drawn_in(boxes, self._camera)
         more: dict[str, Any] = {}
@@ -218,24 +218,24 @@ class Canvas:
 
 @dataclass(frozen=True, eq=False)
 class Painting:
-    """All inputs of a frame but its camera.
+    """All inputs of a frame except its camera.
 
     Attributes:
         coats: in the order of laying, at least one.
         surface: the ground, in the size of the pictures; None for strokes alone.
         lamp: lights the height of paint and canvas; None for flat pictures.
         is_transparent: leave out the ground: strokes alone.
-        is_moving: whether the camera moves from frame to frame. Paint then hides the height below it, and the
-            lamp shines on a smoother height: canvas showing through would stand still while the subject
-            moves, coats would move against each other, and ridges as fine as pixels would glitter. Along an
-            orbit of 240 frames lit oil flickers 1.01 to 1.06 times as much as flat oil, and 2.7 to 3.9 times
-            if lit like stills.
+        is_moving: whether the camera moves between frames. Paint then hides the height below it, and the
+            lamp shines on a smoother height: otherwise canvas would stand still while the subject moves,
+            coats would move against each other, and ridges as fine as pixels would glitter. Along an orbit of
+            240 frames lit oil flickers 1.01 to 1.06 times as much as flat oil, and 2.7 to 3.9 times if lit
+            like stills.
         region_names: of the strokes' regions, from region 1; for mattes.
         day: moving sun; None for constant light.
-        part: the pixels that frames hold, those of the whole picture bit for bit; None for all.
+        part: the pixels of frames, bit-identical to those of the whole picture; None for all.
         dpi: pixels per inch on paper: threads, grain, bristles and the sharpness of the light then have a
-            physical size. None: all scales with the picture.
-        rig: the cameras of a frame in place of its own, for spheres and two eyes; None for its own.
+            physical size. None: all scale with the picture.
+        rig: replaces the camera of a frame, for spherical and stereo pictures; None for one camera.
     """
 
     coats: tuple[Coat, ...]
@@ -251,7 +251,7 @@ class Painting:
 
     @classmethod
     def alone(cls, coats: Sequence[Coat]) -> "Painting":
-        """Coats without ground and relief, drawn as a still: tracks exist only in the views of a path."""
+        """Coats without ground and relief, drawn as a still, without tracks (which belong to a path)."""
 
         def still(options: RenderOptions) -> RenderOptions:
             lock = "anchor" if options.lock == "track" else options.lock
@@ -275,7 +275,7 @@ class Painting:
         )
 
     def reach(self, camera: Camera) -> int | None:
-        """How far from a pixel its colour depends on others, pixels; None: on the whole picture."""
+        """Radius of the pixels that a pixel depends on; None for the whole picture."""
         reaches = [coat.effect.reach(camera) for coat in self.coats if coat.effect is not None]
         of_effects = [reach for reach in reaches if reach is not None]
         if len(of_effects) < len(reaches):
@@ -299,7 +299,7 @@ class Painting:
         return replace(self, coats=tuple(map(without_effect, self.coats)))
 
     def with_depth(self, depth: bool) -> "Painting":
-        """The same painting with or without depth in its frames; what depth tests and effects need stays."""
+        """The same painting with or without depth in its frames; depth tests and effects keep their depth."""
         tested = [coat.tolerance is not None for coat in self.coats]
         last = max((i for i, is_tested in enumerate(tested) if is_tested), default=0)
         coats = [
@@ -320,9 +320,9 @@ class Painting:
 
         Args:
             camera: the view.
-            directions: of the strokes of each coat where they are tracked, see `track_directions`.
-            boxes: gives those of a coat in place of its own, see `Hand`.
-            wanted: what the frame is to hold beside its colours: its `layers` and `deep`.
+            directions: of the strokes of each tracked coat, see `track_directions`.
+            boxes: returns the boxes of a coat, in place of `Coat.boxes`; see `Hand`.
+            wanted: requested outputs beside colours.
         """
         if self.rig is not None:
             return self.rig.frame(self, camera, directions, wanted=wanted)
@@ -345,13 +345,14 @@ def _pressed(frame: Frame, coat: Coat, grain: Array) -> Frame:
 
     if coat.blend == "cover":
         return press(frame, grain, coat.dry)
-    absorbed = press(replace(frame, rgb=1 - frame.rgb), grain, coat.dry)  # a tint is 1 where nothing is
+    absorbed = press(
+        replace(frame, rgb=1 - frame.rgb), grain, coat.dry
+    )  # a tint is 1 where nothing is painted
     return replace(absorbed, rgb=1 - absorbed.rgb)
 
 
 def _over(front: Frame, back: Frame, hidden: float) -> Frame:
-    """Composite one frame of strokes over another, reusing the arrays of `back`: allocating takes longer than
-    the sums.
+    """Composite one frame of strokes over another in the arrays of `back`, as allocation would take longer.
 
     Paint hides the share `hidden` of the height below it.
     """
@@ -373,7 +374,7 @@ def _over(front: Frame, back: Frame, hidden: float) -> Frame:
 
 
 def _new_plane(like: Array) -> Array:
-    """Like `np.empty_like`, from pooled memory: fresh pages take longer than filling them."""
+    """Like `np.empty_like`, but from pooled memory: fresh pages take longer than filling them."""
     new: Any = _core.new_plane_float32 if like.dtype == np.float32 else _core.new_plane_float64
     plane: Array = new(list(like.shape))
     return plane

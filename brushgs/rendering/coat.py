@@ -1,4 +1,4 @@
-"""Coats: sets of strokes with a way of laying paint. A painting has one or more, made once for a job."""
+"""Coats: sets of strokes with their options of painting. A painting has one or more, made once for a job."""
 
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -35,8 +35,8 @@ class Coat:
         options: for rendering.
         blend: "cover", or "glaze" to multiply with what lies below.
         dry: share of the paper's tooth that marks leave open, 0 to 1; see `press`.
-        tolerance: depth test: sizes of a stroke by which it may lie behind the canvas; None: laid over
-            everything.
+        tolerance: of the depth test: stroke sizes by which a stroke may lie behind the canvas; None for no
+            test.
         border: width of the border in which strokes thin out, see `thin_to_border`; 0 for none.
         normals: [N, 3] for strokes visible only edge-on, see `fade_by_facing`; None for others.
         is_one_sided: strokes with normals fade when seen from behind instead.
@@ -45,12 +45,12 @@ class Coat:
             of their boxes follow those of the strokes.
         fields: of directions of the strokes, for the lock "canonical"; or None.
         nested: levels of strokes that keep their density on paper; None if all strokes show in every view.
-        chains: [N] the line that each stroke is a piece of, ascending, its pieces in order; None for
-            strokes that are not lines.
-        layers: [N] of flat strokes: where two lie on one surface, that of the later one covers; or None.
-        cut: what is erased of them, within which they are not painted; or None.
-        holds: [N] frames of a film for which the drawing of each is held, >= 1; None for as its part is.
-        effect: what becomes of their picture, as covering paint, before it is laid; None for nothing.
+        chains: [N] number of the line that each stroke is a piece of, ascending, with pieces in order; None
+            if strokes are not lines.
+        layers: [N] of flat strokes: of two on one surface, that of the higher layer covers; or None.
+        cut: discs in which strokes are erased; or None.
+        holds: [N] frames for which the drawing of each stroke is held, >= 1; None for the hold of its part.
+        effect: function applied to their picture (as covering paint) before it is laid; None for none.
     """
 
     name: str
@@ -140,7 +140,7 @@ class Coat:
         return boxes, counts + culled
 
     def drawn_in(self, boxes: Boxes, camera: Camera) -> "tuple[Coat, Boxes]":
-        """A flat coat and its boxes in one view, with pictures as they are seen there."""
+        """A flat coat and its boxes, with pictures resampled to one view."""
         from brushgs.rendering.flat import drawn_in, planes_of
 
         planes = planes_of(self.strokes, boxes.ids, camera, self.options.num_sigmas)

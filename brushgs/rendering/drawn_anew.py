@@ -1,6 +1,6 @@
-"""Boxes that are drawn anew: aside, turned, of another size, with another image of their brush, or in part.
+"""Draw boxes anew: shifted, turned, resized, with another image of their brush, or in part.
 
-Numbers are hashes of stroke and drawing.
+Random numbers are hashes of stroke and drawing.
 """
 
 from collections.abc import Sequence
@@ -17,12 +17,12 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.columns import RowChoice
 from brushgs.values.hashing import GOLDEN_32, hash_32
 
-# Of a stroke that boils with strength 1; the change of a picture grows with the root of the strength, which
-# therefore is the square of what is asked for.
-OFFSET = 0.5  # of its width,
-MOST_OFFSET = 0.02  # and of the root of the picture's area
+# Largest changes at strength 1. The change of a picture grows with the root of the strength, which is
+# therefore the square of the option.
+OFFSET = 0.5  # shift over the width of the stroke
+MOST_OFFSET = 0.02  # limit of the shift over the root of the picture's area
 TURN = np.radians(15.0)
-SIZE = 0.25  # of the logarithm
+SIZE = 0.25  # of the logarithm of the size
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +30,9 @@ class Pieces:
     """Pieces of boxes along their direction.
 
     Attributes:
-        rows: [P] of the boxes of which a piece is painted.
-        begins: [P] where the piece begins, share of the length of the box.
-        ends: [P] where it ends.
+        rows: [P] rows of the boxes.
+        begins: [P] start of the piece, share of the length of the box.
+        ends: [P] end of the piece, likewise.
     """
 
     rows: NDArray[np.intp]
@@ -43,7 +43,7 @@ class Pieces:
 def words_of(
     ids: NDArray[np.int32], keys: NDArray[np.uint32], stream: np.uint32, num: int
 ) -> list[NDArray[np.uint32]]:
-    """[M] bits of each stroke and drawing, so many times."""
+    """`num` arrays [M] of random bits for each stroke and drawing."""
     golden = np.uint32(GOLDEN_32)
     words = [hash_32(hash_32(keys * golden + stream) + ids.astype(np.uint32) * golden)]
     while len(words) < num:
@@ -52,7 +52,7 @@ def words_of(
 
 
 def _halves(words: NDArray[np.uint32]) -> tuple[F32, F32]:
-    """Two times [M] numbers from -1 to 1 of words."""
+    """Two arrays [M] of numbers from -1 to 1, from the halves of words."""
 
     def number(half: NDArray[np.uint32]) -> F32:
         return np.asarray(half.astype(np.float32) * np.float32(2 / 65535) - np.float32(1))
@@ -68,15 +68,15 @@ def aside(
     rows: RowChoice = slice(None),
     pieces: Pieces | None = None,
 ) -> Boxes:
-    """Boxes a little aside, turned and of another size.
+    """Shift, turn and resize boxes randomly.
 
     Args:
-        boxes: some.
-        strengths: [M] by how much.
-        words: two times [M] bits that decide it, see `words_of`.
-        most: pixels by which they lie aside.
-        rows: M of the boxes, as for `Boxes.take`.
-        pieces: of those of which only a piece is painted; None for whole ones.
+        boxes: the boxes.
+        strengths: [M] strength of the change.
+        words: two arrays [M] of random bits, see `words_of`.
+        most: limit of the shift, pixels.
+        rows: M rows of the boxes, as for `Boxes.take`.
+        pieces: for boxes of which only a piece is painted; None if there are none.
     """
     columns = boxes.columns_of(rows)
     dtype, half = boxes.centers.dtype, columns["half_extents"]
@@ -103,7 +103,7 @@ def in_other_images(
     texture: Brushes,
     options: RenderOptions,
 ) -> Boxes:
-    """Boxes that are painted with another image of their brush, as many as the strength says."""
+    """Choose another image of the same brush for a random share of the boxes, given by the strength."""
     siblings, counts = _siblings(BrushSet.of(texture).names)
     if boxes.brushes is None or counts.max() == 1:
         return boxes
@@ -119,7 +119,7 @@ def in_other_images(
 
 
 def _siblings(names: Sequence[str]) -> tuple[NDArray[np.uint8], NDArray[np.intp]]:
-    """[B, V] rows of the images of the brush that each image belongs to, and [B] how many these are."""
+    """For each image, [B, V] rows of all images of its brush, and [B] their number."""
     bases = [without_number(name) for name in names]
     rows = [[row for row, other in enumerate(bases) if other == base] for base in bases]
     counts = np.array([len(row) for row in rows])

@@ -1,7 +1,7 @@
-"""Effects: what becomes of the picture of a coat before it is laid, in media that run, rub or gather.
+"""Effects: functions applied to the picture of a coat before it is laid, for media that run or are rubbed.
 
-Strokes then say where the medium goes, and the paper does the rest. An effect depends only on the picture of
-its coat in one view and on constants of the job, so any frame alone equals that of a film.
+Strokes then only place the medium. An effect depends only on the picture of its coat in one view and on
+constants of the job, so a frame rendered alone equals that of a film.
 """
 
 from collections.abc import Sequence
@@ -23,11 +23,11 @@ Color = tuple[float, float, float]
 
 
 class Effect(Protocol):
-    """A function of the picture of a coat. Implementations can be pickled: films are painted by processes."""
+    """A function of the picture of a coat. Implementations can be pickled, as films use several processes."""
 
     @property
     def traits(self) -> str:
-        """What it gives a picture, a few words in the plural: outlets without effects name what they lack."""
+        """What it adds to a picture, a few words in the plural, for messages of outlets without effects."""
         ...
 
     def __call__(
@@ -36,11 +36,11 @@ class Effect(Protocol):
         """The picture to lay.
 
         Args:
-            painted: the strokes of the coat as they are, with depth; its arrays must not be changed.
+            painted: the strokes of the coat, with depth; its arrays must not be changed.
             camera: the view.
             surface: the paper; None for none.
-            part: the part of the view that `painted` and `surface` hold, on tiles; None for all, as always
-                without a `reach`.
+            part: the part of the view that `painted` and `surface` cover, in whole tiles; None for all, and
+                always None if `reach` is None.
 
         Returns:
             New arrays of the same shape and dtype: covering paint, or the tint of a glaze, see `Coat.blend`.
@@ -48,19 +48,19 @@ class Effect(Protocol):
         ...
 
     def reach(self, camera: Camera) -> int | None:
-        """How far from a pixel its picture depends on what is painted, pixels; None: on all of it."""
+        """Radius of the input pixels that an output pixel depends on; None for the whole picture."""
         ...
 
     def areas(self, picture: Array) -> "Sequence[tuple[Array, Color]] | None":
-        """Areas of one colour each in its picture [H, W, 3], for vector drawings.
+        """Areas of uniform colour in its picture [H, W, 3], for vector drawings.
 
         Returns:
-            Shares [H, W] and RGB of each, the first painted first; None if it is not made of such.
+            Shares [H, W] and RGB of each, the first painted first; None if the picture has no such areas.
         """
         ...
 
     def stand_in(self, coat: "Coat") -> "Coat":
-        """The coat for outlets that lay strokes one by one and know no effects: pages and models."""
+        """A substitute coat for outlets that draw single strokes, without effects: pages and models."""
         ...
 
 
@@ -72,12 +72,12 @@ class OfWhole:
 
 
 def without_effect(coat: "Coat") -> "Coat":
-    """The coat itself, or what stands in for it where there are no effects."""
+    """The coat itself, or its substitute without effect."""
     return coat if coat.effect is None else coat.effect.stand_in(coat)
 
 
 def positions_of(depth: Array, camera: Camera, corner: tuple[int, int] = (0, 0)) -> F32:
-    """[H, W, 3] points in world axes that the pixels of a view show, by their camera z, [H, W].
+    """[H, W, 3] world positions of the pixels of a view, from their camera z [H, W].
 
     `corner` is the column and row of the upper left pixel. Where nothing is painted (depth 0), the point is
     the centre of the camera.

@@ -1,7 +1,7 @@
-"""Strokes that are pictures on flat pieces of a surface, as a view sees them.
+"""Strokes that are pictures on flat pieces of a surface.
 
-Boxes are rectangles on the picture. A flat picture in space is seen sheared and in perspective, so it is
-drawn into the box around its outline anew in each view.
+Boxes are rectangles on the picture, but a flat picture in space appears sheared and in perspective. So in
+each view it is resampled into the box around its outline.
 """
 
 from dataclasses import dataclass, replace
@@ -20,10 +20,10 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 
 MARGIN = 1.0  # px around an outline, for soft edges
-MOST_TEXELS = 256  # a side of what is drawn anew
-EDGE_ON = 1e-9  # of the area across the view: below, nothing is seen
+MOST_TEXELS = 256  # per side of a resampled picture
+EDGE_ON = 1e-9  # projected area over the product of the sides; below, a rectangle is invisible
 REACH = 2.0  # standard deviations, half of a side
-BEFORE = 1 - 1e-5  # of a depth: just before it
+BEFORE = 1 - 1e-5  # factor to a depth just in front of another
 CORNERS = np.array([[-1.0, -1, 1], [1, -1, 1], [1, 1, 1], [-1, 1, 1]])
 
 
@@ -32,8 +32,9 @@ class Planes:
     """M flat rectangles in a view.
 
     Attributes:
-        to_picture: [M, 3, 3] from (s, t, 1), each -1 to 1 over the rectangle, to x, y in pixels times camera
-            z, and z. Its columns are the half sides and the centre, projected.
+        to_picture: [M, 3, 3] homography from (s, t, 1), with s and t -1 to 1 over the rectangle, to
+            (x z, y z, z), with x and y in pixels and camera z. Its columns are the projected half sides and
+            centre.
     """
 
     to_picture: F64
@@ -50,14 +51,14 @@ class Planes:
         return Planes(self.to_picture[rows])
 
     def seen(self, places: F64) -> F64:
-        """[M, ..., 3] x, y in pixels and camera z of places [M, ..., 3] = (s, t, 1)."""
+        """[M, ..., 3] x, y in pixels and camera z of positions [M, ..., 3] = (s, t, 1)."""
         x, y, z = np.moveaxis(np.einsum("mij,m...j->m...i", self.to_picture, places), -1, 0)
         inverse = 1 / np.where(z > 0, z, np.inf)
         return np.stack([x * inverse, y * inverse, z], axis=-1)
 
     @property
     def sides(self) -> F64:
-        """[M, 2, 2] (x, y) in pixels of the half sides, near the centre: along, then across."""
+        """[M, 2, 2] half sides (x, y) in pixels, linearised at the centre: along, then across."""
         center = self.to_picture[:, :, 2]
         z = np.maximum(center[:, 2], 1e-300)[:, None, None]
         sides = self.to_picture[:, :, :2]
@@ -66,7 +67,7 @@ class Planes:
 
 
 def planes_of(strokes: Gaussians, rows: NDArray[np.integer[Any]], camera: Camera, sigmas: Sigmas) -> Planes:
-    """The rectangles of some strokes: u along the longest axis, the shortest one away from who sees them."""
+    """The rectangles of some strokes: u along the longest axis, the shortest axis away from the viewer."""
     strokes = strokes.take(rows)
     every = np.arange(len(strokes))
     axes, scales = rotation_matrices(strokes.quats.astype(np.float64)), strokes.scales.astype(np.float64)
@@ -82,10 +83,10 @@ def planes_of(strokes: Gaussians, rows: NDArray[np.integer[Any]], camera: Camera
 
 
 def around_outlines(boxes: Boxes, planes: Planes) -> Boxes:
-    """The boxes around the outlines of their rectangles, along u; transparent where nothing is seen.
+    """Boxes around the outlines of the rectangles, along u; transparent if a rectangle is invisible.
 
     Args:
-        boxes: M boxes, for all else.
+        boxes: M boxes; give the other columns.
         planes: of their strokes.
     """
     corners = planes.seen(np.broadcast_to(CORNERS, (len(boxes), 4, 3)))
@@ -110,14 +111,14 @@ def around_outlines(boxes: Boxes, planes: Planes) -> Boxes:
 
 
 def in_order(boxes: Boxes, strokes: Gaussians, layers: Rows) -> Boxes:
-    """Boxes in the order of laying where they lie on one surface, else by depth.
+    """Sort boxes by layer where strokes overlap in space, else by depth.
 
-    One that overlaps others of earlier layers in space is brought before them, so its depth is theirs.
+    A stroke that overlaps strokes of lower layers in space gets a depth just in front of them.
 
     Args:
         boxes: M boxes of these strokes.
         strokes: N strokes.
-        layers: [N] of the strokes, later ones laid later.
+        layers: [N] layers of the strokes; higher ones are laid later.
     """
     of_box, depths = layers[boxes.ids], boxes.depths.astype(np.float64)
     later = np.unique(of_box)[1:]
@@ -137,12 +138,12 @@ def in_order(boxes: Boxes, strokes: Gaussians, layers: Rows) -> Boxes:
 
 
 def drawn_in(boxes: Boxes, planes: Planes, brush_set: BrushSet) -> tuple[Boxes, BrushSet]:
-    """The boxes of `around_outlines`, each with a brush of its own: its picture as the view sees it.
+    """Give each box a brush of its own: its picture, resampled to the view.
 
     Args:
-        boxes: M boxes, at most 256; where a hand moved them, their pictures move with them.
+        boxes: M boxes of `around_outlines`, at most 256; those moved by `Hand` keep their shift.
         planes: of their strokes.
-        brush_set: the pictures as they lie in their planes.
+        brush_set: the pictures in their planes.
     """
     moved, boxes = boxes, around_outlines(boxes, planes)
     rows = np.zeros(len(boxes), np.uint8) if boxes.brushes is None else boxes.brushes
@@ -158,7 +159,7 @@ def drawn_in(boxes: Boxes, planes: Planes, brush_set: BrushSet) -> tuple[Boxes, 
 
 
 def _drawn(texture: StrokeTexture, boxes: Boxes, row: int, sides: F64, to_plane: F64) -> StrokeTexture:
-    """A picture in a box, no finer and no coarser than it is."""
+    """Resample a picture to a box, at its own resolution."""
     half, angle = boxes.half_extents[row].astype(np.float64), float(boxes.angles[row])
     u = np.array([np.cos(angle), np.sin(angle)])
     v = np.array([-u[1], u[0]])
@@ -173,7 +174,7 @@ def _drawn(texture: StrokeTexture, boxes: Boxes, row: int, sides: F64, to_plane:
     coverage = texture.coverage[..., None].astype(np.float32)
     tint, relief = texture.tint, texture.height
     layers = coverage if tint is None else np.concatenate([coverage, coverage * tint.texels], axis=2)
-    if relief is not None:  # of the canvas, so that it is 0 beyond the picture
+    if relief is not None:  # relative to the canvas, so that it is 0 outside the picture
         layers = np.concatenate([layers, relief[..., None] - CANVAS], axis=2, dtype=np.float32)
     found = _sampled(layers, (place[..., 0] + 1) * width / 2 - 0.5, (place[..., 1] + 1) * height / 2 - 0.5)
     drawn = np.rint(found[..., 0]).astype(np.uint8)
@@ -187,7 +188,7 @@ def _drawn(texture: StrokeTexture, boxes: Boxes, row: int, sides: F64, to_plane:
 
 
 def _sampled(layers: F32, x: F64, y: F64) -> F32:
-    """[h, w, n] layers [H, W, n] between their texels, bilinear; 0 beyond them and where x is NaN."""
+    """[h, w, n] bilinear samples of layers [H, W, n] at x, y in texels; 0 outside, and where x is NaN."""
     height, width = layers.shape[:2]
     padded = np.pad(layers, ((1, 1), (1, 1), (0, 0)))
     x, y = (np.clip(np.nan_to_num(one, nan=-1) + 1, 0, most + 1) for one, most in ((x, width), (y, height)))

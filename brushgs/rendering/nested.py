@@ -1,7 +1,7 @@
-"""Marks in nested levels: as dense on paper from near as from far, and as wide.
+"""Marks in nested levels, whose density and width on paper do not depend on distance.
 
-Every mark knows how far the next of its level is. Where that is less on paper than its tone asks for, the
-mark fades: from farther away coarser levels are enough, from nearer finer ones appear between them.
+Each mark stores the gap to the next mark of its level. Where that gap is smaller on paper than its tone
+requires, the mark fades: from far away coarse levels are enough, from nearby finer ones appear between them.
 Source: Praun et al. 2001, Real-Time Hatching (tonal art maps).
 """
 
@@ -15,26 +15,26 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
-GONE, WHOLE = 0.5, 0.9  # gap on paper over that which the tone asks for, at which a mark is gone, and whole
+GONE, WHOLE = 0.5, 0.9  # gap on paper over the required gap at which a mark is gone, and is whole
 THINNEST = 0.7  # px, half width
 LEAST_FACING = 0.1  # cosine of the angle between normal and view
 PIXELS = 960 * 540  # picture that lengths refer to
 
 
 def scale_of(camera: Camera) -> float:
-    """Pixels of a picture over those of one of `PIXELS`, along a side."""
+    """Scale of lengths relative to a picture of `PIXELS` pixels: root of the ratio of the areas."""
     return float(np.sqrt(camera.width * camera.height / PIXELS))
 
 
 @dataclass(frozen=True, eq=False)
 class Nested:
-    """How the marks of a coat are nested, N.
+    """Gaps and widths of the N marks of a coat in nested levels.
 
     Attributes:
-        gaps: [N, 3] world units: for lines, across the line to the next of its level; for dots, the normal
-            of the surface times the distance to the next.
-        spacings: [N] px in a picture of `PIXELS`: the gap that the tone asks for.
-        widths: [N] px likewise: of the mark.
+        gaps: [N, 3] world units: for lines, the vector across the line to the next of its level; for dots,
+            the surface normal times the distance to the next.
+        spacings: [N] gap that the tone requires, px in a picture of `PIXELS` pixels.
+        widths: [N] width of the mark, likewise.
         is_round: whether marks are dots.
     """
 
@@ -44,9 +44,9 @@ class Nested:
     is_round: bool = False
 
     def of(self, boxes: Boxes, strokes: Gaussians, camera: Camera) -> Boxes:
-        """The boxes of these strokes as wide as they shall be; those that are gone have opacity 0.
+        """Set the widths of the boxes of these strokes in a view; marks that are gone get opacity 0.
 
-        Marks thinner than `THINNEST` are that wide and fainter: none falls between pixels.
+        Marks thinner than `THINNEST` get that width and a lower opacity, so that none falls between pixels.
         """
         ids = boxes.ids
         scale = scale_of(camera)
@@ -61,7 +61,7 @@ class Nested:
         return replace(boxes, half_extents=halves, opacities=opacities)
 
     def shares(self, points: Array, ids: Rows | NDArray[np.int32], angles: Array, camera: Camera) -> F64:
-        """[M] 0 (gone) to 1 (whole) for marks `ids` at points [M, 3], whose pictures run at angles [M]."""
+        """[M] 0 (gone) to 1 (whole) for marks `ids` at points [M, 3] with angles [M] in the picture."""
         rotation = camera.viewmat[:3, :3]
         seen = points.astype(np.float64) @ rotation.T + camera.viewmat[:3, 3]
         z = np.maximum(seen[:, 2], camera.near)[:, None]

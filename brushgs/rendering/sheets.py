@@ -1,10 +1,10 @@
-"""Coats and light as separate layers, which laid on each other are the picture.
+"""Coats and light as separate layers, which composited give the picture.
 
-On an opaque ground: the ground, a layer for each coat (glazes multiply), and the lamp as three layers, since
-light is affine in colour (see `Lighting`): `relief shade` multiplies where ridges are darker, `relief light`
-divides where they are lighter, `light` adds highlights, and the light that layers of colours up to 1 cannot
-hold. Without a ground such layers would change pixels that nothing was painted on, so glazes and the lamp are
-then part of the coats.
+On an opaque ground there are the ground, a layer for each coat (glazes multiply), and three layers for the
+lamp, since light is affine in colour (see `Lighting`): `relief shade` multiplies where ridges are darker,
+`relief light` divides where they are lighter, `light` adds highlights and colour above 1, which other layers
+cannot store. Without a ground such layers would change unpainted pixels, so glazes and the lamp are then
+applied to the coats.
 """
 
 from dataclasses import replace
@@ -37,7 +37,7 @@ class SheetMaker:
             self._laid.append(Sheet(name, frame.rgb.copy(), frame.alpha.copy()))
 
     def result(self, ground: Array | None, lighting: Lighting | None) -> tuple[Sheet, ...]:
-        """The layers, the lowest first; those that show nothing are left out.
+        """The layers, the lowest first, without empty ones.
 
         Args:
             ground: [H, W, 3] opaque; None for a transparent picture.
@@ -54,7 +54,7 @@ class SheetMaker:
             sheets += _relief(lighting)
             light = lost * lighting.factors[..., None] + lighting.shines[..., None]
         light = np.clip(light, 0, 1)
-        # Opaque, black where nothing is added: programs differ on how alpha counts where layers add.
+        # Opaque, and black where nothing is added: programs treat the alpha of additive layers differently.
         is_lit = np.full(light.shape[:2], light.max(initial=0) > LEAST, light.dtype)
         return _shown([*sheets, Sheet("light", light, is_lit, "plus")])
 
@@ -64,7 +64,7 @@ def _shown(sheets: list[Sheet]) -> tuple[Sheet, ...]:
 
 
 def _clipped(sheets: list[Sheet]) -> tuple[list[Sheet], Array, Array]:
-    """Layers of colours of at most 1, which files hold, the picture [H, W, 3], and what they lack of it."""
+    """Layers clipped to colours of at most 1, the exact picture [H, W, 3], and what clipping removed."""
     exact = shown = np.zeros_like(sheets[0].rgb)
     found = []
     for sheet in sheets:
@@ -80,11 +80,11 @@ def _clipped(sheets: list[Sheet]) -> tuple[list[Sheet], Array, Array]:
 
 
 def _filled(sheets: list[Sheet], lost: Array) -> list[Sheet]:
-    """Layers with the light [H, W, 3] that others lack, the uppermost first: for pixels that are not solid.
+    """Distribute missing light [H, W, 3] to the layers, from the topmost down, for transparent pictures.
 
-    Light in a layer of its own would make them solid.
+    A separate layer of light would make pixels opaque.
     """
-    found, seen = list[Sheet](), np.ones_like(lost)  # share of a layer that shows
+    found, seen = list[Sheet](), np.ones_like(lost)  # visible share of a layer
     for sheet in reversed(sheets):
         passed = 1 - sheet.alpha[..., None]
         more = np.minimum(lost / np.maximum(seen, _TINY), sheet.alpha[..., None] - sheet.rgb)
@@ -94,7 +94,7 @@ def _filled(sheets: list[Sheet], lost: Array) -> list[Sheet]:
 
 
 def _relief(lighting: Lighting) -> list[Sheet]:
-    """Light and shade on the ridges of an opaque picture."""
+    """Layers of light and shade on the ridges of an opaque picture."""
     shade = 1 - np.minimum(lighting.factors, 1)
     dodge = 1 - 1 / np.maximum(lighting.factors, 1)  # color-dodge divides by 1 - this
     is_lighter = np.full_like(dodge, dodge.any())
@@ -105,7 +105,7 @@ def _relief(lighting: Lighting) -> list[Sheet]:
 
 
 def _without_ground(laid: list[Sheet], lighting: Lighting | None) -> list[Sheet]:
-    """Coats under the light and the glazes above them; the glazes themselves at the bottom."""
+    """Coats with the light and the glazes above them applied; the glazes themselves as the lowest layer."""
     sheets: list[Sheet] = []
     above: Array | None = None
     for sheet in reversed(laid):

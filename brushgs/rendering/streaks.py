@@ -5,9 +5,8 @@ offset into the noise is a hash of the Gaussian's row, so a stroke keeps its str
 has two bands: single bristles, and tufts of several. Each fades out as a stroke gets smaller, before pixels
 cannot resolve it, so that nothing shimmers.
 
-On paper of a known resolution strokes wider than their twelve bristles have further ones of a physical width,
-`BRISTLE_MM`, in their colour and in the height of their paint: the stroke image ends at its texels, and would
-look blurred from near.
+On paper of a known resolution, wide strokes have additional bristles of a physical width, `BRISTLE_MM`, in
+colour and height of paint: the stroke image is limited by its texels, and would look blurred from nearby.
 """
 
 from functools import lru_cache
@@ -29,7 +28,7 @@ BRISTLE_FADE = (1.0, 2.0)
 TUFT_FADE = (0.25, 0.5)
 BRISTLES: int = _core.BRISTLES  # 12 across a box
 BRISTLE_MM = 0.3  # of hog hair with paint on it
-# Times the twelve bristles from which on the physical ones begin to show, and show in full.
+# Stroke width over that of twelve physical bristles at which these start to show, and show in full.
 FINE_FROM = (1.2, 2.4)
 FINE_STREAKS = 0.6  # of the amplitude of streaks
 FINE_GAIN = 0.07  # mm, deviation of the paint's height for noise of 1
@@ -111,7 +110,7 @@ def check_streaks(where: str, streaks: float) -> None:
 
 
 def _shown(half_v: F64, fade: tuple[float, float]) -> tuple[F64, F64]:
-    """[M] visible share of a band in boxes of these half extents, and its derivative."""
+    """[M] strength of a band in boxes of these half extents, and its derivative."""
     bristle = 2 / BRISTLES  # pixels of a bristle, per pixel of half extent
     t = np.clip((half_v * bristle - fade[0]) / (fade[1] - fade[0]), 0, 1)
     return t * t * (3 - 2 * t), 6 * t * (1 - t) * bristle / (fade[1] - fade[0])

@@ -1,4 +1,4 @@
-"""Outlines of areas of a picture, as closed polygons: marching squares (Lorensen and Cline 1987)."""
+"""Trace areas of a picture as closed polygons, by marching squares (Lorensen and Cline 1987)."""
 
 import numpy as np
 
@@ -13,15 +13,15 @@ _LINES = (
 
 
 def outlines(values: Array, level: float = 0.5) -> F64:
-    """The outlines of where values are above a level.
+    """The outlines of the areas where values are above a level.
 
     Args:
-        values: [H, W], of the pixels; beyond the border they count as 0.
+        values: [H, W] of the pixels; 0 is assumed outside.
         level: above 0.
 
     Returns:
-        [K, 2] (x, y), pixels from the outer corner of the upper left one: closed polygons with NaN between;
-        an area is what an odd number of them surrounds.
+        [K, 2] (x, y) in pixels, (0, 0) is the upper left corner of the picture: closed polygons, separated by
+        NaN and filled by the even-odd rule.
     """
     padded = np.pad(values.astype(np.float64), 1)
     inside = padded > level
@@ -45,7 +45,7 @@ def outlines(values: Array, level: float = 0.5) -> F64:
 
 
 def _side(row: int, column: int, side: int) -> tuple[int, int, int]:
-    """A side of a square as the pixel where it begins, and whether it leads down: squares share them."""
+    """Key of a side, shared by adjacent squares: row and column where it starts, and 1 if it goes down."""
     return row + (side == 2), column + (side == 1), side % 2
 
 

@@ -1,10 +1,10 @@
-"""Watercolour: the picture of strokes -> washes of pigment on wet paper.
+"""Watercolour: convert the picture of strokes to washes of pigment on wet paper.
 
-Strokes only say where pigment goes. Density (-ln of the transmitted light) adds up: each of three washes of
-growing detail holds a share of what the picture wants. A wash is smoothed within edges, which hold less where
-the paper is wet; its pigment gathers at rims, flows with noise anchored in space, and settles in the valleys
-of the paper. Lights are the bare paper.
-Source: Bousseau et al. 2006 (density of pigment); Gastal and Oliveira 2011 (smoothing within edges).
+Strokes only place pigment. Densities (-ln of the transmitted light) add up: each of three washes of growing
+detail provides a share of the target density. A wash is smoothed with edges preserved, less so where the
+paper is wet; its pigment gathers at rims, flows with noise anchored in space, and settles in the valleys of
+the paper. Lights are the bare paper.
+Source: Bousseau et al. 2006 (density of pigment); Gastal and Oliveira 2011 (edge-preserving smoothing).
 """
 
 from collections.abc import Callable
@@ -29,26 +29,26 @@ if TYPE_CHECKING:
     from brushgs.rendering.surface import Surface
 
 ROUNDS = 3  # of smoothing
-ROOM = 0.06  # of the diagonal: how far pigment runs out of the strokes
-SPILL = 4.0  # inverse of the coverage by strokes from which washes are in full
-RIM = 0.005  # of the diagonal: width over which pigment gathers at the rim of a wash
-LOSS = 0.024  # of the diagonal: width over which a lost outline fades
-# The wash of a shadow: coverage by its strokes at its edge, how far that wanders with the noise and over what
-# range it fades; and its least density.
+ROOM = 0.06  # how far pigment runs beyond the strokes, over the diagonal
+SPILL = 4.0  # inverse of the coverage by strokes from which washes have full strength
+RIM = 0.005  # width over which pigment gathers at the rim of a wash, over the diagonal
+LOSS = 0.024  # width over which a lost outline fades, over the diagonal
+# The wash of a shadow: coverage by its strokes at its edge, variation of that by the noise, range of coverage
+# over which it fades; and its least density.
 SHADOW_EDGE, SHADOW_WANDER, SHADOW_SOFTNESS, SHADOW_LEAST = 0.20, 0.04, 0.12, 0.5
 
 
 @dataclass(frozen=True)
 class Key:
-    """Values of a watercolour: which luma becomes the darkest and which the paper.
+    """Tone curve of a watercolour: maps a range of luma to the range from the darkest tone to paper.
 
     Attributes:
         low: luma that becomes `darkest`.
         high: luma that becomes white.
-        darkest: luma.
+        darkest: luma of the darkest tone.
         gamma: exponent of the tones between.
         chroma: factor on the differences of densities between the channels.
-        solid: inverse of the coverage by strokes from which colours are in full.
+        solid: inverse of the coverage by strokes from which colours have full strength.
     """
 
     low: float
@@ -59,7 +59,7 @@ class Key:
     solid: float = 2.0
 
     def colors(self, rgb: Array, alpha: Array) -> Array:
-        """[H, W, 3] keyed colours on white of a premultiplied picture."""
+        """[H, W, 3] colours of a premultiplied picture on white, mapped by the curve."""
         rgb, keyed = np.ascontiguousarray(rgb), np.empty_like(rgb)
         numbers = {one.name: getattr(self, one.name) for one in fields(self)}
         threads = num_threads_or_default(None)
@@ -69,20 +69,20 @@ class Key:
         return keyed
 
     def base_colors(self, strokes: Gaussians) -> F64:
-        """[N, 3] keyed base colours of strokes."""
+        """[N, 3] base colours of strokes, mapped by the curve."""
         colors = base_colors(strokes.sh)[None]
         return np.asarray(self.colors(colors, np.ones(colors.shape[:2]))[0])
 
 
 @dataclass(frozen=True)
 class Wash:
-    """How the picture is smoothed for a wash.
+    """Edge-preserving smoothing of the picture for a wash.
 
     Attributes:
         width: standard deviation of the smoothing on flat paint, in diagonals of the picture.
-        edge: step of colour, summed over the channels, that holds it back.
-        wet: how much less edges hold on wet paper.
-        loose: how much less they hold away from the focus.
+        edge: step of colour, summed over the channels, that counts as an edge.
+        wet: how much weaker edges are on wet paper.
+        loose: how much weaker edges are away from the focus.
     """
 
     width: float
@@ -115,14 +115,14 @@ class Washes:
     most: float = 2.9
 
     def numbers(self) -> F64:
-        """All of them in order."""
+        """All numbers in order."""
         return np.concatenate([np.atleast_1d(getattr(self, one.name)) for one in fields(self)]).astype(
             np.float64
         )
 
 
 class _Running(OfWhole):
-    """Washes that run through the picture of a coat."""
+    """Base class of effects whose washes run through the picture of a coat."""
 
     @property
     def traits(self) -> str:
@@ -135,14 +135,14 @@ class _Running(OfWhole):
 
 @dataclass(frozen=True)
 class WetLayer(_Running):
-    """The effect of a wet layer, see `Effect`; all its numbers are those of a job.
+    """An `Effect` of three washes; all its parameters are constant over a job.
 
     Attributes:
-        key: values.
+        key: tone curve.
         anchor: of the noise and the focus.
-        is_room: whether the picture is full: it then ends in a ragged border and no outline is lost.
-        washes: numbers.
-        smoothing: for the three washes.
+        is_room: whether the scene fills the picture, which then has a ragged border and no lost outlines.
+        washes: parameters of mixing.
+        smoothing: of the three washes.
     """
 
     key: Key
@@ -152,11 +152,11 @@ class WetLayer(_Running):
     smoothing: tuple[Wash, Wash, Wash] = WASHES
 
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None", part: Any = None) -> Frame:
-        """The wet layer as covering paint: its paper hides what lies below the strokes."""
+        """The wet layer as covering paint: its paper hides the layers below the strokes."""
         return _on_part(self._laid, painted, camera, surface)
 
     def stand_in(self, coat: "Coat") -> "Coat":
-        """See `Effect`: the strokes in keyed colours."""
+        """See `Effect`: the strokes in colours mapped by the tone curve."""
         keyed = in_colors(coat.strokes, self.key.base_colors(coat.strokes))
         return replace(coat, strokes=keyed, effect=None)
 
@@ -174,13 +174,13 @@ class WetLayer(_Running):
         soft = None if self.is_room else smooth(alpha[..., None].copy(), LOSS * part.diagonal)[..., 0]
         if self.is_room:
             border = part.cut(ragged_border(*part.shape, dtype.name))
-        else:  # washes do not run out of what is painted
+        else:  # washes do not run beyond painted pixels
             border = smoothstep(SPILL * alpha).astype(dtype)
         sheet = part.grain, border, part.paper
         return _mixed(parted, blurred, noise, (alpha, soft), sheet, self.washes)
 
     def _smoothed(self, colors: Array, wash: Wash, diagonal: float, wetness: Array, focus: Array) -> Array:
-        """The colours of one wash."""
+        """The colours smoothed for one wash."""
         sigma = wash.width * diagonal
         loose = (1 + wash.loose * (1 - focus)) * (wash.edge / sigma)
         hold = (1 - 0.92 * np.minimum(wash.wet * wetness, 1)) / loose
@@ -189,11 +189,11 @@ class WetLayer(_Running):
 
 @dataclass(frozen=True)
 class ShadowWash(_Running):
-    """The effect of one wash, in the colour of its strokes, over all that they cover; for glazes.
+    """An `Effect` of one wash in the colour of its strokes, over the area that they cover; for glazes.
 
     Attributes:
         anchor: of the noise.
-        washes: numbers; of the first wash.
+        washes: parameters, of which those of the first wash are used.
     """
 
     anchor: Anchor
@@ -209,7 +209,7 @@ class ShadowWash(_Running):
         return replace(coat, effect=None)
 
     def _laid(self, part: "_Part") -> tuple[Array, Array]:
-        """Colours and alpha of a part of a picture: what the wash leaves of white, as for a layer."""
+        """Colours and alpha of a part of a picture: the wash as a layer on white."""
         rgb, alpha, (height, width) = part.rgb, part.alpha, part.alpha.shape
         noise = part.noise(self.anchor)
         noise[..., 2] = 0
@@ -228,14 +228,14 @@ class ShadowWash(_Running):
 
 @dataclass(frozen=True, eq=False)
 class _Part:
-    """The part of a picture that strokes cover, with some room around.
+    """The part of a picture that strokes cover, with a margin.
 
     Attributes:
         rgb: [h, w, 3] premultiplied.
         alpha: [h, w].
         depth: [h, w].
-        rows: of the picture.
-        columns: of the picture.
+        rows: of the part in the picture.
+        columns: of the part in the picture.
         camera: the view of the picture.
         surface: the paper; None for none.
     """
@@ -255,21 +255,21 @@ class _Part:
 
     @property
     def diagonal(self) -> float:
-        """Of the picture, pixels."""
+        """Diagonal of the picture, pixels."""
         return float(np.hypot(*self.shape))
 
     @property
     def grain(self) -> Array | None:
-        """[h, w] of the paper; None without."""
+        """[h, w] grain of the paper; None without paper."""
         return None if self.surface is None else self.cut(self.surface.grain)
 
     @property
     def paper(self) -> Array | None:
-        """[h, w, 3] its colour; None without."""
+        """[h, w, 3] colour of the paper; None without paper."""
         return None if self.surface is None else self.cut(self.surface.rgb)
 
     def cut(self, plane: Array) -> Array:
-        """The part of a plane of the picture."""
+        """Cut the part out of a plane of the picture."""
         return np.ascontiguousarray(plane[self.rows, self.columns], self.rgb.dtype)
 
     def noise(self, anchor: Anchor) -> Array:
@@ -281,7 +281,7 @@ class _Part:
 def _on_part(
     lay: Callable[[_Part], tuple[Array, Array]], painted: Frame, camera: Camera, surface: "Surface | None"
 ) -> Frame:
-    """The frame of what `lay` makes of the part that is painted; the time is that of the part."""
+    """Apply `lay` to the painted part of a frame only, to save time."""
     assert painted.depth is not None, "effects have a depth"
     rgb, alpha = np.zeros_like(painted.rgb), np.zeros_like(painted.alpha)
     found = painted.alpha > 0
@@ -302,7 +302,7 @@ def _on_part(
 
 
 def in_focus(distances: Array) -> Array:
-    """Focus, 0 to 1, by the distance from its middle, in its reach."""
+    """Focus, 0.15 to 1, by the distance from its centre, in units of its reach."""
     return np.asarray(np.clip(0.15 + 0.95 * np.exp(-(distances**2)), 0, 1))
 
 
@@ -314,12 +314,12 @@ def smooth(
     hold: Array | None = None,
     rounds: int = ROUNDS,
 ) -> Array:
-    """Smooth planes [H, W, 1 or 3] in place, within the edges of a guide; returns them.
+    """Smooth planes [H, W, 1 or 3] in place, preserving the edges of a guide; returns them.
 
     Args:
         planes: contiguous.
         sigma: standard deviation, pixels.
-        guide: [H, W, 3] whose steps hold the smoothing back; None: nothing does.
+        guide: [H, W, 3] picture whose edges are preserved; None for plain smoothing.
         hold: [H, W] with a guide: distance in pixels that a step of 1 adds, summed over the channels.
         rounds: passes over the rows and columns.
     """
@@ -358,7 +358,7 @@ def _mixed(
     sheet: tuple[Array | None, Array | None, Array | None],
     washes: Washes,
 ) -> tuple[Array, Array]:
-    """Colours [H, W, 3] and alpha [H, W] of covering paint; arguments as of `wet_reference.mix_washes`."""
+    """Colours [H, W, 3] and alpha [H, W] of covering paint; arguments as in `wet_reference.mix_washes`."""
     densities, means, tones = parted
     alpha, soft = alphas
     grain, border, paper = sheet
@@ -384,7 +384,7 @@ def _mixed(
 
 @lru_cache(maxsize=2)
 def ragged_border(height: int, width: int, dtype: str) -> Array:
-    """[H, W] share of the washes of a full picture, 0 at its ragged border; read-only."""
+    """[H, W] strength of the washes of a picture, 0 outside its ragged border; read-only."""
     diagonal = float(np.hypot(height, width))
     flat: Any = np.array([[diagonal, 0, width / 2], [0, diagonal, height / 2], [0, 0, 1]])
     camera = Camera(np.eye(4), flat, width=width, height=height)
