@@ -1,8 +1,7 @@
 """Marks of a view: all boxes of covering paint, of all coats, in one table; and their fragments.
 
 Fragments of a later coat lie in front of earlier ones, whatever their depth, and attenuate them. Weights of
-dry marks are scaled by the share that the paper takes. Glazes have no fragments: they tint what is below
-them.
+dry marks are scaled by the share that the paper takes. Glazes have no fragments: they tint the layers below.
 """
 
 from collections.abc import Iterator, Sequence

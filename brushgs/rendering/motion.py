@@ -66,10 +66,10 @@ class Pose:
         return replace(strokes, **columns)
 
     def at_rest(self, strokes: Gaussians) -> Gaussians:
-        """Strokes at their reference moments, from this one: what `moved` moves back here.
+        """Strokes at their reference moments, from strokes at this moment: the inverse of `moved`.
 
         Args:
-            strokes: at this moment. One whose opacity was 0 here keeps it.
+            strokes: at this moment. Strokes with opacity 0 here keep opacity 0.
         """
         rows, found = match(strokes, self.ids)
         if len(rows) == 0:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.wanted import Following
 
 TINY = np.finfo(np.float64).tiny  # replaces half extents of zero
-ALL_OF_IT = 3.0e38  # above any coverage: only the first stroke is kept
+ALL_OF_IT = 3.0e38  # larger than any coverage, so that only the first stroke is kept
 
 
 def dominant_marks(fragments: Fragments, num_marks: int, num_threads: int | None) -> NDArray[np.int64]:
@@ -68,7 +68,7 @@ def motion_maps(marks: Marks, following: "Following") -> F64:
 
     def of_coat(_: int, laid: LaidCoat) -> F64:
         coat, i = laid.coat, places.get(laid.coat.name)
-        if i is None:  # it is not laid there: what it was goes on with the camera
+        if i is None:  # the coat is absent in the next frame: its paint moves with the camera only
             centers = projected(coat, laid.boxes.ids, following.camera)
             return _shifts(centers - laid.boxes.centers)
         directions = following.directions[i] if i < len(following.directions) else None
@@ -109,10 +109,10 @@ def maps_to(boxes: Boxes) -> F64:
 
 
 def _maps_from(boxes: Boxes, rows: Rows, before: Boxes, is_round: Mask) -> F64:
-    """[M, 2, 3] maps from box coordinates to the picture, for rows that were the boxes `before`.
+    """[M, 2, 3] maps from box coordinates to the picture, for `rows` of boxes that were the boxes `before`.
 
-    A round box looks the same in four orientations, and its axes may swap while it hardly moves: the map with
-    the smallest turn is used.
+    A round box has four equal orientations, and its axes may swap although it hardly moves: the map with the
+    smallest rotation is used.
     """
     angles, half = boxes.angles[rows].astype(np.float64), boxes.half_extents[rows].astype(np.float64)
     quarters = np.where(is_round, np.rint((angles - before.angles) / (np.pi / 2)), 0)
@@ -127,14 +127,14 @@ def _axes(angles: F64) -> tuple[F64, F64]:
 
 
 def _shifts(shifts: F64) -> F64:
-    """[M, 2, 3] the same shift everywhere."""
+    """[M, 2, 3] maps to constant shifts."""
     maps = np.zeros((len(shifts), 2, 3))
     maps[:, :, 2] = shifts
     return maps
 
 
 def projected(coat: "Coat", ids: NDArray[np.int32], camera: Camera) -> F64:
-    """[M, 2] where centres of rows of a coat are in the picture, pixels; no nearer than the near plane."""
+    """[M, 2] projected centres of rows of a coat, pixels; camera z is clamped to the near plane."""
     means = np.concatenate([coat.strokes.means, *([] if coat.plain is None else [coat.plain.means])])[ids]
     at = means.astype(np.float64) @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
     z = np.maximum(at[:, 2:], camera.near)

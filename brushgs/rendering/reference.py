@@ -287,7 +287,7 @@ def fragments(
 
 
 def _glaze(boxes: Boxes, layers: Iterable["_Layer"], height: int, width: int) -> Frame:
-    """Boxes that tint what lies behind them."""
+    """Paint glazes: boxes that tint the layers behind them."""
     tint, transmittance = np.ones((height, width, 3)), np.ones((height, width))
     for layer in layers:
         alpha = np.where(layer.alpha >= MIN_ALPHA, layer.alpha, 0)
@@ -386,7 +386,7 @@ class _Layer:
     window: tuple[slice, slice]
     alpha: F64  # of the window; 0 outside the box
     shade: F64  # of the window: factor of the colour
-    height: F64  # of the window: of the paint, pixels; 0 where none is asked for
+    height: F64  # of the window: height of the paint, pixels; 0 if not requested
     tint: F64 | None = None  # [..., 3] of the window: added to the colour
 
     def colors(self, boxes: Boxes) -> F64:
@@ -424,7 +424,7 @@ def _layers(
     order = [(depth, 0, row) for row, depth in enumerate(depths)]
     if underpaint is not None and is_image:
         assert boxes.setbacks is not None, "only boxes with setbacks have underpaint"
-        with np.errstate(over="ignore"):  # as far as a number can say
+        with np.errstate(over="ignore"):  # clamped to the largest number
             behind = np.minimum(depths + boxes.setbacks.astype(np.float64), np.finfo(np.float64).max)
         order += [(depth, 1, row) for row, depth in enumerate(behind)]
     for depth, is_underpaint, row in sorted(order):

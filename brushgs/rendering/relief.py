@@ -26,7 +26,7 @@ from brushgs.values.sh import base_colors
 
 # Reference picture (1000 x 750) of lengths on the canvas.
 CANVAS_PIXELS = 750_000
-PIXELS_PER_MM = 6.0  # of that picture where paper has a size: threads of linen are then 0.6 mm wide
+PIXELS_PER_MM = 6.0  # width of that picture if paper has a size: threads of linen are then 0.6 mm wide
 THICKNESS, GAIN = 0.4, 1.7  # px of that picture
 # Clamp of a stroke's size over the median size, before taking the root: large strokes carry more paint.
 LEAST_SIZE, MOST_SIZE = 0.4, 2.5
@@ -47,7 +47,7 @@ UNDERPAINT_THICKNESS: float = _core.UNDERPAINT_THICKNESS  # 0.15 / 0.8
 def canvas_scale(width: int, height: int, dpi: float | None = None) -> float:
     """Pixels of this picture per pixel of a 1000 x 750 picture, so paintings look the same at any size.
 
-    With a `dpi`, pixels per inch on paper, what is laid over the picture has its physical size instead.
+    With a `dpi`, pixels per inch on paper, overlays have a physical size instead.
     """
     return sqrt(width * height / CANVAS_PIXELS) if dpi is None else dpi / 25.4 / PIXELS_PER_MM
 
@@ -98,8 +98,8 @@ class Relief:
     def _pixel(self, width: int, height: int) -> float:
         """Pixels of a picture per pixel of one of 1000 x 750, for the thickness of paint.
 
-        On paper it is half way to its physical size: a larger print has thicker paint, as its strokes are
-        larger, but under its sharper light ridges as much higher would look like ploughed earth.
+        On paper it is halfway to the physical scale: a larger print has thicker paint, as its strokes are
+        larger, but with sharper light, ridges at the full physical scale would look like ploughed earth.
         """
         of_picture = canvas_scale(width, height)
         if self.dpi is None:
@@ -111,9 +111,9 @@ class Relief:
         return self._of(self._in_units(gaussians), 1.0)
 
     def in_lights_of(self, strokes: Gaussians) -> "Relief":
-        """The same with dark and light of these strokes; itself if `by_light` is 0.
+        """The same relief with the dark and light of these strokes; itself if `by_light` is 0.
 
-        For coats beside them, such as a backdrop, and for sets that include other strokes.
+        Used for other coats, such as a backdrop, and for sets that include further strokes.
         """
         return replace(self, lights=light_range(strokes)) if self.by_light else self
 

@@ -171,7 +171,7 @@ def in_color(surface: Surface, color: ArrayLike) -> Surface:
 
 @dataclass(frozen=True)
 class _Sheet:
-    """What the pattern of a surface depends on, and the part of it that is made."""
+    """Parameters of the pattern of a surface, and the part to make."""
 
     height: int
     width: int

@@ -25,10 +25,10 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
-NUM_LOOKS = 24  # views along a path, small, in which it is seen how much of strokes shows
-NUM_STILLS, STILL_SIDE = 12, 160  # views, small, in which it is seen which way round stills show strokes,
-SURE = 0.05  # and by how much more one way than the other, of what is seen
-TRACKED_COLUMNS = ("means", "quats", "scales", "opacities")  # of strokes: all that their directions depend on
+NUM_LOOKS = 24  # small views along a path in which visible areas are measured
+NUM_STILLS, STILL_SIDE = 12, 160  # small views in which directions are compared with those of stills
+SURE = 0.05  # least disagreement, as share of the visible area, from which a stroke is reversed
+TRACKED_COLUMNS = ("means", "quats", "scales", "opacities")  # columns that directions depend on
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,15 +131,15 @@ def track_directions(
     The path is sampled at knots at most 1.5 degrees of view change apart (camera turn, or shift over the
     distance of the scene), between frames along screw motions, so the outcome hardly depends on the frame
     rate, as long as frames are mostly at most 3.5 degrees apart. Per stroke, dynamic programming finds the
-    cheapest sequence of directions: one off the axes of the ellipse costs what the box must grow to cover
-    it, the minor axis costs a little, a turn of more than 5.2 degrees a knot is not allowed. Weighted least
-    squares then pulls the directions toward the exact axes, the closer the more slender the ellipse. Of the
-    two ways round a stroke gets that which `project(lock="anchor")` shows in most of what is seen of it, so
-    that films and stills agree in part. With fields, pointing away from them costs a little in every view,
-    the more of the stroke is seen: then they agree but for 1 to 3 % of the visible paint. A closed path comes
-    back to the direction it started with: where the axis winds an odd number of half turns, the half turn is
-    spent where it costs least, at up to 7.2 degrees a knot. Where the box of a slender stroke has to grow
-    while it turns, its area grows by at most 10 % a knot and 15 % a frame.
+    cheapest sequence of directions: a direction off the axes of the ellipse costs the growth of the box
+    needed to cover it, the minor axis costs a little, and a turn is at most 5.2 degrees per knot. Weighted
+    least squares then pulls directions toward the exact axes, more strongly for slender ellipses. Of the two
+    orientations a stroke gets the one of `project(lock="anchor")` in most of its visible area, so that films
+    and stills agree in part. With fields, deviating from them costs a little in every view, in proportion to
+    the visible area: films and stills then agree except for 1 to 3 % of the visible paint. A closed path
+    returns to its first directions: if the axis winds an odd number of half turns, the additional half turn
+    is made where it costs least, at up to 7.2 degrees per knot. The box of a slender stroke that grows while
+    it turns grows in area by at most 10 % per knot and 15 % per frame.
 
     Frames further apart are themselves the knots. Between them a direction may turn by 14 degrees at almost
     no cost, so no stroke flips or spins (15 degrees) up to 12.4 degrees per frame; in return up to 3 % of
@@ -149,7 +149,7 @@ def track_directions(
     Args:
         gaussians: N Gaussians in world space.
         cameras: the F views in order, all of one size; the path is closed if the last equals the first.
-        fields: of the strokes, by which single frames point them; None: these take "anchor".
+        fields: directions of the strokes in single frames; None if these use "anchor".
         low_pass: variance added to both axes, pixels squared, >= 0; see `project`.
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
@@ -177,7 +177,7 @@ class Toward:
 
     Attributes:
         targets: [K, N] int16, as `Track.turns`.
-        pulls: [K, N] uint8, how strongly, of 255.
+        pulls: [K, N] uint8, strength, 0 to 255.
     """
 
     targets: NDArray[np.int16]
@@ -187,7 +187,7 @@ class Toward:
 def wanted_along(
     knots: Knots, fields: Canonical, strokes: Gaussians, camera: Camera, num_threads: int | None
 ) -> Toward:
-    """Where single frames point strokes, the more strongly the more of each is seen.
+    """The directions of strokes in single frames, with strengths by their visible area.
 
     Args:
         knots: of the path; `camera` gives the picture size.
@@ -221,10 +221,10 @@ def pointing_as_stills(
     num_threads: int | None,
     rows: Rows | None = None,
 ) -> Track:
-    """The track with strokes turned by half a turn that point against most of what stills show of them.
+    """The track with strokes reversed that point opposite to stills in most of their visible area.
 
-    Knots and not frames are looked at: the choice does not depend on the frame rate. `rows` are those of the
-    strokes that the track is of; None for all.
+    Compared at knots, not at frames, so that the choice does not depend on the frame rate. `rows` are the
+    rows of the tracked strokes; None for all.
     """
     found = Agreement(len(gaussians), num_threads)
     rows = np.arange(len(gaussians)) if rows is None else rows
@@ -238,13 +238,13 @@ def pointing_as_stills(
 
 
 def sampled(count: int, most: int) -> list[int]:
-    """Some of so many views, evenly."""
+    """Indices of at most `most` of `count` views, evenly spaced."""
     found: list[int] = np.unique(np.linspace(0, count - 1, most).round().astype(int)).tolist()
     return found
 
 
 def seen_areas(strokes: Gaussians, camera: Camera, num_threads: int | None) -> Array:
-    """[N] how much of each stroke is seen in a view, pixels of a small picture."""
+    """[N] visible area of each stroke in a view, pixels of a small picture."""
     return visible_areas(strokes, _small(camera), num_threads=num_threads)
 
 
@@ -253,14 +253,14 @@ def _small(camera: Camera) -> Camera:
 
 
 class Agreement:
-    """In how much of what is seen of strokes their directions agree with those of stills."""
+    """Agreement of the directions of strokes with those of stills, weighted by visible area."""
 
     def __init__(self, num_strokes: int, num_threads: int | None) -> None:
         self._agreement, self._seen = np.zeros(num_strokes), np.zeros(num_strokes)
         self._num_threads = num_threads
 
     def look(self, strokes: Gaussians, camera: Camera, angles: Array) -> None:
-        """Add a view, in which they have these directions, radians."""
+        """Add a view in which the strokes have these directions, radians."""
         view = _small(camera)
         areas = visible_areas(strokes, view, num_threads=self._num_threads)
         boxes = project(strokes, view, lock="anchor", num_threads=self._num_threads)
@@ -269,7 +269,7 @@ class Agreement:
 
     @property
     def half_turns(self) -> NDArray[np.int16]:
-        """[N] to add to turns in units of a Track: half a turn, or none."""
+        """[N] half a turn (in units of `Track.turns`) for strokes to reverse, else 0."""
         return np.where(self._agreement < -SURE * self._seen, -32768, 0).astype(np.int16)
 
 

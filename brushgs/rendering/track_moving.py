@@ -176,14 +176,14 @@ def _pointing_as_stills(
     positions: F64,
     num_threads: int,
 ) -> MovingTrack:
-    """The path with moving strokes turned by half a turn that point against most of what stills show."""
+    """The path with moving strokes reversed that point opposite to stills in most of their visible area."""
     if len(path.moves) == 0:
         return path
     found = Agreement(len(strokes), num_threads)
     for frame in sampled(len(cameras), NUM_STILLS):
         moved = motion.pose(float(positions[frame])).moved(strokes)
         found.look(moved, cameras[frame], path.directions(frame).angles)
-    path.moving.turns[:] += found.half_turns[path.moves]  # in place: those of a long clip lie in a file
+    path.moving.turns[:] += found.half_turns[path.moves]  # in place, as turns of a long clip are in a file
     return path
 
 

@@ -6,12 +6,14 @@ Files (or folders that are scenes) whose names differ only in a number are:
   enough, and numbers may be missing;
 - parts of one still scene, if it says that: tile_3.ply, chunk_3.ply, lod_3.ply, iteration_7000.ply;
 - with any other word, or none (003.ply, dance_3.ply), moments if there are three or more, no number is
-  missing, and the first two lie in one place and hold about as many Gaussians; otherwise parts. A time in
-  seconds (`--time 0.4`) makes them moments, `--time all` makes them parts.
+  missing, and the first two lie in one place and hold about as many Gaussians; otherwise parts.
 
-All other files are parts of one scene. Formats of still scenes store no time: the source gives the rate, by
-default `MOMENTS_PER_SECOND`. The first moment is at 0, and the last is shown as long as the others. A missing
-number leaves a gap in time, filled from the moments around it.
+A time in seconds (`--time 0.4`) makes all of these moments, `--time all` makes them parts. All other files
+are parts of one scene.
+
+Formats of still scenes store no time: the source gives the rate, by default `MOMENTS_PER_SECOND`. The first
+moment is at 0, and the last is shown as long as the others. A missing number leaves a gap in time, filled
+from the moments around it.
 """
 
 import re
