@@ -44,7 +44,7 @@ class _Subject:
         shadow: [m, 3] the part of its shadow to include; empty without a lamp.
         tangents: [2] of half the angle of view of a square picture.
         elevation: of the camera, radians.
-        give_way: shift to the right, share of the width.
+        give_way: shift to the right to make room, share of the width.
     """
 
     points: F64
@@ -62,7 +62,7 @@ def composed(view: FirstView, config: ViewConfig, lamp: ArrayLike | None = None)
 
     Args:
         view: of the scene.
-        config: the options; of `size` only how paper may lie counts.
+        config: the options; of `size` only a paper size counts, for the orientations that it allows.
         lamp: [3] direction toward the light that casts the shadow, world axes; None for no shadow.
     """
     sizes: Sequence[_Size] = config.size.turns if isinstance(config.size, PaperSize) else SIZES

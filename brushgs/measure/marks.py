@@ -31,12 +31,12 @@ class MarkFigures:
     Attributes:
         size_drift: flatness: difference of sizes on the picture from those of the first frame, octaves.
         direction_drift: flatness: the same for directions, radians, 0 to pi / 2.
-        slip: motion coherence: motion of marks against the scene, in sizes of the mark per step; None if no
+        slip: motion coherence: motion of marks relative to the scene, in mark sizes per step; None if no
             mark was on a known surface.
         slip_pixels: the same in pixels per step.
         births: temporal continuity: share of the painted area that appears at once, per second.
-        deaths: that vanishes at once.
-        pops: that changes at once.
+        deaths: temporal continuity: share that vanishes at once, per second.
+        pops: temporal continuity: share that changes at once, per second.
     """
 
     size_drift: float
@@ -57,7 +57,7 @@ def earth_movers(values: F64, weights: F64, others: F64, other_weights: F64) -> 
 def circular_earth_movers(
     values: F64, weights: F64, others: F64, other_weights: F64, *, period: float
 ) -> float:
-    """The same on a circle of a length `period`. Source: Rabin, Delon and Gousseau 2011."""
+    """The same on a circle of length `period`. Source: Rabin, Delon and Gousseau 2011."""
     ends, ahead = _ahead(np.mod(values, period), weights, np.mod(others, period), other_weights)
     if not len(ends):
         return 0.0
@@ -68,7 +68,7 @@ def circular_earth_movers(
 
 
 def _ahead(values: F64, weights: F64, others: F64, other_weights: F64) -> tuple[F64, F64]:
-    """All values in order, and after each the lead of the first sample in cumulative shares."""
+    """All values in order, and after each the difference of the cumulative shares of the two samples."""
     if not (weights.sum() > 0 and other_weights.sum() > 0):
         return np.empty(0), np.empty(0)
     both = np.concatenate([values, others])
@@ -117,31 +117,31 @@ class _Marks(NamedTuple):
 class MarkMeter:
     """Measures the marks of a clip frame by frame. Marks are matched by id from each frame to the next.
 
-    *Flatness*: do the sizes and directions of marks on the picture stay what they were, whatever comes
-    nearer? The size of a mark is log2 of the geometric mean of its two sides in pixels, its direction its
-    angle modulo half a turn. The distribution of each in a frame, weighted by painted area, is compared with
-    that of the first frame by the earth mover's distance, for directions on the circle (Rabin, Delon and
-    Gousseau 2011): how far paint has to be moved, on average. The drift is the mean over the frames after
-    the first. 1 octave is twice the size.
+    *Flatness*: do sizes and directions of marks on the picture stay constant, even if the camera comes near?
+    The size of a mark is log2 of the geometric mean of its two sides in pixels, its direction its angle
+    modulo half a turn. The distribution of each in a frame, weighted by painted area, is compared with that
+    of the first frame by the earth mover's distance, for directions on the circle (Rabin, Delon and Gousseau
+    2011): how far paint has to be moved, on average. The drift is the mean over the frames after the first. 1
+    octave is twice the size.
 
-    *Motion coherence*: do marks move as what they show? For each mark in both frames of a step that shows
-    the scene (`SceneFlow.at`), its own motion minus the flow of the scene at it, from the later frame. The
-    slip is the root of the mean square, weighted by the mean painted area of both frames, in pixels and in
-    sizes of the mark in the later frame.
+    *Motion coherence*: do marks move with the scene? For each mark in both frames of a step that lies on the
+    scene (`SceneFlow.at`), its own motion minus the flow of the scene at it, from the later frame. The slip
+    is the root of the mean square, weighted by the mean painted area of both frames, in pixels and in sizes
+    of the mark in the later frame.
 
-    *Temporal continuity*: does paint come and go by degrees? Births are marks of the later frame without a
-    box in the earlier one, deaths the reverse, pops marks of both whose painted area changes by more than
-    0.2 of the larger of their two areas. Each is weighted by its painted area, of a pop the mean of both, so
-    a mark that fades in over several frames is hardly born at all; marks that do not lie within the inner
-    part of the picture (a tenth of the smaller side from the border) do not count, since they may have come
-    over the border. The sum over all steps is divided by the mean painted area of a frame and by the seconds
-    of the clip.
+    *Temporal continuity*: does paint appear and disappear gradually? Births are marks of the later frame
+    without a box in the earlier one, deaths the reverse, pops marks of both whose painted area changes by
+    more than 0.2 of the larger of their two areas. Each is weighted by its painted area, a pop by the mean of
+    both, so that a mark that fades in over several frames hardly counts as a birth. Marks outside the inner
+    part of the picture (a tenth of the smaller side from the border) do not count, since they may have
+    crossed the border. The sum over all steps is divided by the mean painted area of a frame and by the
+    duration of the clip in seconds.
 
     Args:
         width: of the picture, pixels.
         height: of the picture, pixels.
-        in_space: whether the depths of the marks are those of the scene; where they lie on the picture they
-            are only an order.
+        in_space: whether the depths of the marks are those of the scene; for marks on the picture they only
+            define an order.
     """
 
     def __init__(self, *, width: int, height: int, in_space: bool = True) -> None:

@@ -58,7 +58,7 @@ class Subject:
         source: the scene files, from which whole paintings start.
         prepared: the scene, its view, and what pruning keeps.
         paint: pruning, clustering and drawing.
-        config: what is measured.
+        config: of the bench.
     """
 
     source: SceneSource

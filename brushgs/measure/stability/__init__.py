@@ -26,14 +26,14 @@ The complete protocol:
    degrees off both axes of their ellipse (`off_axis_share`); the largest shortfall of a box that does not
    cover its ellipse, as a share of its reach (`worst_shortfall`). Only strokes in space have these figures.
 4. **Flicker.** Pairs of frames (k, k + g) at the gaps g = 1, 7, 10. At most `pairs` pairs of a gap are
-   compared: k = 0, s, 2 s, ... with the stride s = ceil((n - 1) / pairs); made by hand, with the next stride
-   that has no divisor in common with holds and `--boil-every`, since pairs that all begin with a drawing lie
-   within drawings. For each pair the earlier picture is moved to the later view by plain depth and pose
+   compared: k = 0, s, 2 s, ... with the stride s = ceil((n - 1) / pairs). For hand-made films it is the next
+   stride without a common divisor with holds and `--boil-every`, as pairs that all start with a drawing would
+   lie within drawings. For each pair the earlier picture is moved to the later view by plain depth and pose
    (`warp.match_views` defines the valid pixels and the sampling) and compared over valid pixels and three
    channels, on the background. A figure is the mean over the pairs that have valid pixels: RMSE, RMSE over
    the worst 1 % of pixels, share of valid pixels.
-   What moves is followed: each pixel of the later view is moved by the displacement of the Gaussians that
-   paint it before it is looked up (`flow.displacements`), so rows of the scene must correspond.
+   For moving scenes, each pixel of the later view is moved by the displacement of the Gaussians that paint it
+   before it is looked up (`flow.displacements`), so rows of the scene must correspond.
    **Excess** is the error minus that of the plain picture for the same pair, then the mean over the pairs.
    A painting that differs little from the plain picture cannot flicker much, however it is made. Therefore
    the report also has the **marks**, the painting minus the plain picture of the same view: their RMS over
@@ -56,13 +56,13 @@ The complete protocol:
    frames that were painted.
 
 **Looks.** A painting in a look (`--look oil`) has ground, light, a stage or several coats. Then `track`,
-`anchor` and `off` paint whole frames, those of `brushgs render`, whose coats differ by their lock alone;
+`anchor` and `off` paint whole frames, as `brushgs render` does, and differ only in the lock of their coats;
 `alone` paints each moment as a still; nothing is called `published`. Steps 3 and 8 refer to the strokes of
-the scene, the largest tracked coat except a backdrop. The plain picture lies on the mean colour of the
-ground. The drawing time of a frame includes projection.
+the scene, the largest tracked coat except a backdrop. The plain picture has the mean colour of the ground as
+background. The drawing time of a frame includes projection.
 
-The plain picture is drawn of every frame. A frame is painted only where a pair, the loop or a second painting
-needs it, and kept no longer than the widest gap (the first one to the end of a loop). Values are
+The plain picture is drawn for every frame. A frame is painted only if a pair, the loop or a second painting
+needs it, and kept no longer than the widest gap (the first one until the end of a loop). Values are
 display-encoded, 0 to 1; nothing is quantised.
 """
 

@@ -1,6 +1,6 @@
-"""The configuration of the temporal report that is made by hand: `track`, held, boiled and redrawn.
+"""The hand-made configuration of the temporal report: `track`, held, boiled and redrawn.
 
-Figures of boxes are those of the lock, before drawings change them: flips and spins beyond those asked for.
+Figures of boxes refer to boxes before hand-made changes: flips and spins that were not requested.
 """
 
 from dataclasses import dataclass, field, replace
@@ -25,7 +25,7 @@ class HandPainter(LookPainter):
     """Paints whole frames as `brushgs render` does.
 
     Attributes:
-        hand: how the film is made.
+        hand: settings of hand-made animation.
     """
 
     hand: Hand = field(kw_only=True)

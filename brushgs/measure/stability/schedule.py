@@ -17,7 +17,7 @@ class FrameSchedule:
         num_frames: see below.
         is_closed: see below.
         config: gaps, and number of comparisons.
-        beat: frames after which what is made by hand begins anew; pairs begin at all of its moments.
+        beat: period of hand-made changes in frames, see `Hand.beat`; pairs begin at all of its phases.
 
     Attributes:
         num_frames: frames of the path; a closed one repeats its first.

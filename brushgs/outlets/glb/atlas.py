@@ -1,10 +1,10 @@
-"""Brushes -> one texture: all of them side by side, white paint whose alpha is the coverage.
+"""Pack all brushes into one texture: white, with the coverage as alpha.
 
-Coloured brushes have colours there, by which viewers multiply that of a stroke: the renderer adds, and both
-are the same where a stroke has the mean colour of its brush.
+Coloured brushes have colours that viewers multiply by the colour of a stroke. The renderer adds instead; both
+agree if a stroke has the mean colour of its brush.
 
-One texture and one material, since strokes that lie on each other change brush from one to the next: viewers
-that draw a mesh in the order of its indices keep the order of strokes only within one material.
+There is one texture and one material, since overlapping strokes have different brushes, and viewers that draw
+a mesh in index order keep the order of strokes only within one material.
 """
 
 from collections.abc import Sequence
@@ -20,13 +20,13 @@ from brushgs.formats.files import scratch_folder
 from brushgs.values.arrays import F64, U8
 from brushgs.values.colors import linear_from_srgb, srgb_from_linear
 
-# Transparent texels between brushes, and the grid of their positions: the first four halvings of the texture
-# do not mix brushes.
+# Transparent texels between brushes, and grid of their positions: the first four mip levels do not mix
+# brushes.
 GAP = 16
-DARK = 0.06  # display-encoded: a darker mean of a brush counts as this, or all in it would shine
-BRIGHT = 0.98  # share of texels that are not too bright
-MOST_GAIN = 3.0  # by which strokes are lightened
-KERNEL_TEXELS = 256  # a side, of a kernel as an image
+DARK = 0.06  # display-encoded: least mean of a brush, as ratios to a darker one would be too large
+BRIGHT = 0.98  # quantile of the texels that is not clipped
+MOST_GAIN = 3.0  # limit of the gain of strokes
+KERNEL_TEXELS = 256  # side of a kernel as an image
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +36,8 @@ class Atlas:
     Attributes:
         pixels: [h, w, 4] colour and coverage of all brushes, white and 0 between them; sides are powers
             of two.
-        places: [B, 4] of each brush the texture coordinates of the middle of its first texel (u, v) and of
-            its last; v runs downwards. These are the corners of its box, as in the renderer.
+        places: [B, 4] texture coordinates of the centres of the first (u, v) and the last texel of each
+            brush; v runs downwards. These are the corners of its box, as in the renderer.
     """
 
     pixels: U8
@@ -45,9 +45,9 @@ class Atlas:
 
     @classmethod
     def of(cls, images: Sequence[U8]) -> "Atlas":
-        """The atlas of images, coverage [h, w] or [h, w, 4], at least one: rows of them, the highest first.
+        """Pack images, [h, w] coverage or [h, w, 4], at least one, in rows, the highest first.
 
-        The width is the power of two that needs the fewest texels, ties the most nearly square.
+        The width is the power of two that needs the fewest texels; of equal ones, the most nearly square.
         """
         cells = np.array([[-(-(side + GAP) // GAP) * GAP for side in image.shape[1::-1]] for image in images])
         least = _power_of_two(GAP + int(cells[:, 0].max()))
@@ -65,11 +65,11 @@ class Atlas:
 
     @property
     def coverage(self) -> U8:
-        """[h, w] of all brushes."""
+        """[h, w] coverage of all brushes."""
         return self.pixels[..., 3]
 
     def beside(self, images: Sequence[U8 | None], fill: tuple[int, ...]) -> U8:
-        """[h, w, 3] other images of the brushes at their places, None for those without one."""
+        """[h, w, 3] other images of the brushes in the same layout; None for brushes without one."""
         height, width = self.coverage.shape
         pixels = np.full((height, width, 3), fill, np.uint8)
         for image, place in zip(images, self.places, strict=True):
@@ -79,7 +79,7 @@ class Atlas:
         return pixels
 
     def png(self) -> bytes:
-        """The texture as a PNG of 8 bits: white between brushes, so that no filter darkens an edge.
+        """The texture as an 8-bit PNG: white between brushes, so that no filter darkens an edge.
 
         Raises:
             SceneError: if the folder for temporary files is full.
@@ -88,7 +88,7 @@ class Atlas:
 
 
 def png_of(pixels: U8) -> bytes:
-    """Pixels [h, w, 3 or 4] as a PNG of 8 bits; see `Atlas.png`."""
+    """Pixels [h, w, 3 or 4] as an 8-bit PNG; see `Atlas.png`."""
     from brushgs.formats.pictures.oiio import write_pixels
 
     attributes = {"oiio:UnassociatedAlpha": 1, "png:compressionLevel": 6}  # 9: 6 % less, 9 times as long
@@ -99,9 +99,9 @@ def png_of(pixels: U8) -> bytes:
 
 
 def images_of(brushes: BrushSet) -> list[tuple[U8, float]]:
-    """Each brush as an image [h, w, 4], a kernel too; last the soft kernel of underpaint.
+    """Each brush (or kernel) as an image [h, w, 4] and a gain; last the soft kernel of underpaint.
 
-    With each the factor, in linear light, on the colours of its strokes: a texture only darkens.
+    The gain, in linear light, must be applied to the colours of the strokes, as a texture can only darken.
     """
     soft = soft_brush().coverage
     return [*(_image_of(texture, soft) for texture in brushes.textures), (_white(soft), 1.0)]
@@ -128,9 +128,9 @@ def _white(coverage: U8) -> U8:
 
 
 def _disc() -> NDArray[np.uint8]:
-    """The kernel "ellipse": full inside of the circle that touches its box, with an edge of one texel."""
+    """The kernel "ellipse": full inside the circle inscribed in its box, with an edge of one texel."""
     s = np.linspace(-1, 1, KERNEL_TEXELS)
-    inside = (1 - np.hypot(s[:, None], s)) * (KERNEL_TEXELS - 1) / 2  # texels from the edge
+    inside = (1 - np.hypot(s[:, None], s)) * (KERNEL_TEXELS - 1) / 2  # distance from the edge, texels
     return np.rint(255 * np.clip(inside + 0.5, 0, 1)).astype(np.uint8)
 
 

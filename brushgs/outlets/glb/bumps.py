@@ -1,9 +1,9 @@
-"""Height of a brush -> its normal map, by which a program's light plays on the paint.
+"""Convert the height of brushes to normal maps, so that 3D programs can light the paint.
 
 The height is that of `rasterize`, coverage x (thickness + gain x (h - 1/2)) in pixels of a picture of 1000 x
-750, smoothed as `light` smooths it. Its slope depends on how large a stroke is painted: a map is made for the
-median size of the strokes of its brush. Texels are normals in tangent space as glTF has them: x along u, y
-against v (up), z out of the paint, each -1 to 1 in 0 to 255.
+750, smoothed as in `light`. Its slope depends on the size of a stroke: a map is made for the median size of
+the strokes of its brush. Texels are normals in the tangent space of glTF: x along u, y against v (up), z out
+of the paint, with -1 to 1 stored as 0 to 255.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ from brushgs.values.arrays import F64, U8
 from brushgs.values.camera import Camera
 
 FLAT = (128, 128, 255)  # the normal of flat paint
-_STEEPEST = 4.0  # slope, pixels of height for a pixel aside
+_STEEPEST = 4.0  # limit of the slope, pixels of height per pixel
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +37,7 @@ class Bump:
     size: F64  # [2]
 
     def normals(self) -> U8:
-        """[h, w, 3] the map; flat where the brush has no paint."""
+        """[h, w, 3] normal map; flat where the brush has no paint."""
         coverage = self.texture.coverage / 255.0
         own = 0.0 if self.texture.height is None else self.texture.height.astype(np.float64) - 0.5
         height = coverage * (self.relief.thickness + self.relief.gain * own)
@@ -52,7 +52,7 @@ class Bump:
 
 
 def median_size(quads: Quads, camera: Camera) -> F64 | None:
-    """[2] length along u and v of a median rectangle, px of a picture of 1000 x 750; None if none is seen."""
+    """[2] median length of visible rectangles along u and v, px of a 1000 x 750 picture; None if none is."""
     along = np.linalg.norm(quads.corners[:, 1] - quads.corners[:, 0], axis=1)
     across = np.linalg.norm(quads.corners[:, 3] - quads.corners[:, 0], axis=1)
     depths = (quads.corners.mean(axis=1) - camera.position) @ camera.viewmat[2, :3]

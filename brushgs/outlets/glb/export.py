@@ -1,4 +1,4 @@
-"""`brushgs export -o FILE.glb`: a scene file -> textured rectangles. One stage after those of `prepare`."""
+"""`brushgs export -o FILE.glb`: a scene file -> textured rectangles. Adds one stage to those of `prepare`."""
 
 from pathlib import Path
 
@@ -22,7 +22,7 @@ def export_quads(
     for_view: bool = False,
     report: Report | None = None,
 ) -> Report:
-    """Paint a scene file to textured rectangles for 3D programs.
+    """Convert a scene file to textured rectangles for 3D programs.
 
     Args:
         scene: the files of a trained 3D Gaussian scene, or of strokes.

@@ -1,13 +1,12 @@
-"""Rectangles, brushes and a camera -> a glTF model.
+"""Make a glTF model of rectangles, brushes and a camera.
 
     "scene" (turned upright, the subject at the origin)
         "first view" (the camera)
         a node with a mesh for each coat
 
 Below "scene" all coordinates are those of the scene file, apart from its rotation and translation. The meshes
-share one blended, double-sided material and one texture. It is unlit,
-or has a normal map for a program's light. Vertex colours in glTF are linear, so they
-are decoded from the display encoding.
+share one texture and one blended, double-sided material, which is unlit or has a normal map. Vertex colours
+in glTF are linear, so they are decoded from the display encoding.
 """
 
 from collections.abc import Sequence
@@ -34,12 +33,12 @@ _GL_AXES = np.diag([1.0, -1.0, -1.0])  # a camera of glTF looks along -z, y is u
 
 @dataclass(frozen=True, eq=False)
 class Bumps:
-    """How a program's light plays on paint.
+    """Material of lit paint.
 
     Attributes:
-        normals: [h, w, 3] maps of the brushes, at their places in the atlas; see `bumps`.
+        normals: [h, w, 3] normal maps of the brushes, in the layout of the atlas; see `bumps`.
         scale: of their slopes, >= 0.
-        roughness: of the paint, 0 to 1, as glTF has it.
+        roughness: of the paint, 0 to 1, as defined by glTF.
     """
 
     normals: U8
@@ -57,7 +56,7 @@ def model_of(
     title: str,
     bumps: Bumps | None = None,
 ) -> GlbWriter:
-    """The model.
+    """Make the model.
 
     Args:
         coats: a name and at least one rectangle for each; `brushes` are rows of the atlas.

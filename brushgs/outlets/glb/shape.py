@@ -1,7 +1,7 @@
-"""Coats and a camera -> rectangles in space with brushes, in drawing order.
+"""Convert coats to rectangles in space with brushes, in drawing order.
 
-`lying`: each stroke lies in the plane of its two longest axes, for free viewpoints. `baked`: each is the box
-that the renderer paints in one view, at its depth, parallel to the picture.
+`lying` puts each stroke in the plane of its two longest axes, for free viewpoints. `baked` uses the box that
+the renderer paints in one view, at its depth, parallel to the picture.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,8 @@ CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 # with 1 and 0.022, 0.020, 0.021 with 0.5; the still life by 0.029, 0.051, 0.007, by 0.030, 0.053, 0.014 and
 # by 0.027, 0.049, 0.011.
 SETBACK = 0.5
-# Of normals over some 20 neighbors each. With none or one, strokes of fur are black or white under a lamp.
+# Number of averagings of normals over some 20 neighbours. With none or one, fur is black or white under a
+# lamp.
 SMOOTHINGS = 4
 
 
@@ -71,7 +72,7 @@ class Quads:
 def baked(coat: Coat, camera: Camera) -> tuple[Quads, ProjectCounts]:
     """The boxes of a coat in one view, with underpaint, as rectangles; and cull counts.
 
-    From this camera each rectangle exactly covers the box of its stroke, in its colour from there.
+    From this camera each rectangle exactly covers the box of its stroke, in its colour in that view.
     """
     boxes, counts = coat.boxes(camera)
     brush_set = BrushSet.of(coat.texture)
@@ -129,9 +130,9 @@ def lying(coat: Coat, camera: Camera, *, is_lit: bool = False) -> Quads:
     """The strokes of a coat in the planes of their two longest axes; u runs along the longest.
 
     A stroke has one colour, the mean over all directions, as SH are untrained for views from behind. The
-    camera decides the order and the front side, where brushes are not mirrored and underpaint lies behind.
-    Strokes without area, or with an opacity below 1/255, are left out. Where a program's light falls on them,
-    `is_lit`, normals are those of the form in large; else those of the rectangles.
+    camera decides the order and the front side, on which brushes are not mirrored and underpaint lies behind.
+    Strokes without area, or with an opacity below 1/255, are omitted. With `is_lit`, for programs that light
+    the paint, normals are smoothed over the surface; otherwise they are those of the rectangles.
     """
     strokes = shown_by(coat)
     opacities = strokes.opacities.astype(np.float64)
@@ -174,9 +175,9 @@ def lying(coat: Coat, camera: Camera, *, is_lit: bool = False) -> Quads:
 
 
 def _form(strokes: Gaussians, camera: Camera) -> F64:
-    """[M, 3] normals of the form that strokes lie on, in large.
+    """[M, 3] normals of the surface below strokes, smoothed.
 
-    They are turned toward the camera: programs turn those of rectangles again that are seen from behind.
+    They point toward the camera: programs reverse normals of rectangles that are seen from behind.
     """
     facing = find_facing(strokes, [camera])
     normals = facing.normals

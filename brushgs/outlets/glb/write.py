@@ -59,7 +59,7 @@ def write_quads(
     with report.stage("quads") as stage:
         made, culled, lamp = [], ProjectCounts(0, 0, 0, 0), _lamp_on_relief(painting)
         for coat in painting.coats:
-            if for_view and not coat.is_flat:  # flat pictures lie in their planes, as the view has them
+            if for_view and not coat.is_flat:  # flat pictures stay in their planes, as in the renderer
                 quads, of_coat = baked(coat, camera)
                 culled += of_coat
             else:
@@ -128,7 +128,7 @@ def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
 
 
 def _lamp_on_relief(painting: Painting) -> Lamp | None:
-    """The lamp that shows the relief of strokes; None where paint is flat."""
+    """The lamp that lights the relief of strokes; None if paint is flat."""
     lamp = painting.lamp
     has_relief = any(
         coat.options.relief is not None and BrushSet.of(coat.texture).kind == "image"
@@ -138,7 +138,7 @@ def _lamp_on_relief(painting: Painting) -> Lamp | None:
 
 
 def _roughness(lamp: Lamp) -> float:
-    """The roughness of glTF for the highlights of a lamp: alpha^2 = 2 / (exponent + 2), roughness^2 = alpha.
+    """Roughness in glTF for the highlights of a lamp: alpha^2 = 2 / (exponent + 2), roughness^2 = alpha.
 
     Source: Walter et al. 2007, Microfacet models for refraction through rough surfaces.
     """
@@ -148,7 +148,7 @@ def _roughness(lamp: Lamp) -> float:
 def _in_atlas(
     made: list[tuple[Coat, Quads]], camera: Camera
 ) -> tuple[list[tuple[str, Quads]], Atlas, list[U8 | None]]:
-    """The coats by name, with the brushes that they use as rows of one atlas; and normal maps of these."""
+    """The coats by name, with brushes as rows of an atlas of used brushes; the atlas; its normal maps."""
     places: dict[tuple[tuple[int, ...], bytes], int] = {}
     images: list[U8] = []
     bumps: list[Bump | None] = []
@@ -188,7 +188,7 @@ def _bump(coat: Coat, texture: StrokeTexture, quads: Quads, camera: Camera) -> B
 
 
 def _higher(one: Bump | None, other: Bump | None) -> Bump | None:
-    """Of coats that share a brush, the one with the higher paint: a stage is flatter than its subject."""
+    """The bump with the larger gain, for coats that share a brush: a stage is flatter than its subject."""
     if one is None or other is None:
         return one or other
     return max(one, other, key=lambda bump: bump.relief.gain)
