@@ -72,7 +72,7 @@ class GrowingPainting:
         Args:
             time: of the painting.
             fade: fade-in time of a stroke, in (0, 1/2]; a stroke that it replaces fades out in the same time
-            after that.
+                after that.
         """
         if time >= 1:
             return self.finished

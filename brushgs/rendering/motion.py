@@ -21,7 +21,7 @@ from brushgs.values.sh import C0
 # The 12 numbers of a row: slices of the last axis.
 SHIFT, TURN, SIZE, OPACITY, COLOR = slice(0, 3), slice(3, 7), 7, 8, slice(9, 12)
 NUM_NUMBERS = 12
-FAINT = 0.05  # least opacity of a stroke, over that at rest, by which that of a mark on it is divided
+FAINT = 0.05  # least opacity factor that `at_rest` divides by
 AT_REST = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 IN_MEMORY = 1 << 26  # bytes; larger tables are stored in a file, so that memory does not grow with duration
 

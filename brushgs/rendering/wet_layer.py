@@ -209,7 +209,7 @@ class ShadowWash(_Running):
         return replace(coat, effect=None)
 
     def _laid(self, part: "_Part") -> tuple[Array, Array]:
-        """Colours and alpha of a part of a picture: the wash as a layer on white."""
+        """Colours and alpha of a part of a picture: a covering layer, which over white gives the tint."""
         rgb, alpha, (height, width) = part.rgb, part.alpha, part.alpha.shape
         noise = part.noise(self.anchor)
         noise[..., 2] = 0
