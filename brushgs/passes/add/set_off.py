@@ -2,7 +2,7 @@
 
 A painting in the dark has dark surroundings, and its darks for the subject: both would be one. So along the
 outline of the subject, on small pictures, its lightness and that of what is behind are compared, and both
-give way until they differ.
+give way until they differ and the subject is not so dark that its form is lost.
 """
 
 from collections.abc import Sequence
@@ -23,6 +23,9 @@ NEAR = 6  # pixels on both sides of an outline
 GAP = 0.2  # OKLab lightness; 15 of CIE L* are 0.12 to 0.16, and shadow and relief take some
 OF_STAGE = 0.5  # share of what lacks that the surroundings give; the subject gives the rest
 DARKEST, LIGHTEST = 0.08, 0.94  # that either becomes for it, in the mean
+LEGIBLE = 0.38  # the least mean lightness of a subject, below which its form is lost in black
+DUSK = 0.5  # mean lightness of both, below which the subject is the lighter one: darker, it would be black
+CLOSE = 0.02  # of a lightness: near enough
 ROUNDS = 3  # darks cannot get much darker: what then lacks is asked for again
 
 
@@ -44,9 +47,10 @@ def set_off(
     views = [camera.in_side(SIDE) for camera in list(cameras)[::step][:MOST_VIEWS]]
     for _ in range(ROUNDS):
         found = _lightness(stage, subject, is_own, views)
-        if found is None or abs(found[0] - found[1]) >= GAP:
+        if found is None or (abs(found[0] - found[1]) >= GAP and found[1] >= LEGIBLE - CLOSE):
             break
-        ways = [parted(*found, sign) for sign in (1.0, -1.0)]
+        signs = (1.0,) if sum(found) < 2 * DUSK else (1.0, -1.0)
+        ways = [parted(*found, sign) for sign in signs]
         of_stage, of_subject = min(ways, key=lambda way: abs(way[0]) + abs(way[1]))
         stage, subject = lightened(stage, of_stage), lightened(subject, of_subject)
     return stage, subject
@@ -54,11 +58,13 @@ def set_off(
 
 def parted(stage: float, subject: float, sign: float) -> tuple[float, float]:
     """What is added to both so that the subject is lighter, with a sign of 1, or darker, with -1."""
-    need = GAP + 0.01 - sign * (subject - stage)
-    steps = -sign * OF_STAGE * need, sign * (1 - OF_STAGE) * need
-    low, high = sorted((stage + steps[0], subject + steps[1]))
-    shift = max(DARKEST - low, 0.0) - max(high - LIGHTEST, 0.0)
-    return steps[0] + shift, steps[1] + shift
+    wanted = GAP + 0.01
+    need = max(wanted - sign * (subject - stage), 0.0)
+    inside = float(np.clip(subject + sign * (1 - OF_STAGE) * need, LEGIBLE, LIGHTEST))
+    outside = min(stage, inside - wanted) if sign > 0 else max(stage, inside + wanted)
+    outside = float(np.clip(outside, DARKEST, LIGHTEST))
+    inside = max(inside, outside + wanted) if sign > 0 else min(inside, outside - wanted)
+    return outside - stage, inside - subject
 
 
 def lightened(strokes: Gaussians, step: float) -> Gaussians:

@@ -100,4 +100,6 @@ def test_a_subject_stands_out_by_its_lightness(lightness, apart):
     found = set_off(behind.astype(np.float32), subject, [camera])
     stage, within = (oklab_of(np.clip(base_colors(one.sh), 0, 1).astype(float))[:, 0].mean() for one in found)
     assert abs(stage - within) > 0.15
+    assert within > 0.35  # its form is not lost in black
+    assert within > stage or lightness >= 0.5  # and in the dark it is the lighter one
     assert set_off(*found, [camera]) == found
