@@ -27,6 +27,9 @@ from brushgs.values.style import MarkSpectrum
 # are found at most 25 % too narrow; the next blur would take what they depict for marks.
 HIGH_PASSES = 0.03, 0.06, 0.12
 LONG, WIDEST_LONG = 4.0, 1.4
+# Long marks wider than this share of the first blur may be bands of narrower ones: half the blur is tried.
+# Of marks of one size it finds the same width, too wide for it, and the first measure stays.
+WIDE_FOR_FIRST = 0.8
 FINE = 1.2  # pixels: standard deviation of the smoothing before slopes are taken
 AREA = 0.025  # of the shorter side: that of the area over which slopes are compared
 FAINT = 0.2  # of the mean energy of a high-passed picture: that of places without marks
@@ -103,6 +106,10 @@ def mark_sizes(lab: Array) -> Sizes:
         found = _sizes_below(lab, share)
         if found.width < share * (WIDEST_LONG if found.aspect > LONG else 1):
             break
+    if share == HIGH_PASSES[0] and found.aspect > LONG and found.width > WIDE_FOR_FIRST * share:
+        narrower = _sizes_below(lab, 0.5 * share)
+        if narrower.width < WIDEST_LONG * 0.5 * share:
+            return narrower
     return found
 
 
