@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from brushgs.values.style import Style
 
 UNCHANGED = Affine(np.eye(3), np.zeros(3))
+FLAT_SUBJECT = 0.7  # share of the way of a subject to the colours of a print: its form needs some between
 FEW_COLORS = 4096  # of a ground; from this number on each distinct colour is mapped once
 
 
@@ -117,10 +118,13 @@ def style_change(styles: Styles, first_view: FirstView | None, cameras: Sequence
             return edit_map(style.edit)
         if style.palette is None:
             return UNCHANGED
-        from brushgs.passes.style.transport import ChromaLimit, most_chroma, palette_map
+        from brushgs.passes.style.transport import ChromaLimit, flat_colors, most_chroma, palette_map
 
         found = palette_map(style.palette, base_colors(strokes.sh), _shown(strokes, cameras))
-        return Chain([found, ChromaLimit(most_chroma(style.palette))])
+        limit = ChromaLimit(most_chroma(style.palette))
+        if style.flatness == 0:
+            return Chain([found, limit])
+        return Chain([found, limit, flat_colors(style, FLAT_SUBJECT)])
 
     def fit(strokes: Gaussians) -> ColorMap:
         return Blend([(map_of(style, strokes), share) for style, share in styles.taken("color")])

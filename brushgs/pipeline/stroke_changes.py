@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from brushgs.passes.form.defocus import Lens
     from brushgs.rendering.plain import PlainViews
 
+BUSY_OF_PRINT = 0.5  # share of the marks of a print that lie over edges, which no stroke takes
+
 
 @dataclass(frozen=True, eq=False)
 class StrokeChanges:
@@ -283,7 +285,9 @@ def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> 
         if len(rows) == 0:
             continue
         if style.marks is not None and style.marks.dictionary is not None:
-            own.append((style.marks.dictionary.first(len(rows)), rows, share))
+            marks = style.marks.dictionary.first(len(rows))
+            flat = marks.calmest(1 - BUSY_OF_PRINT * style.flatness)
+            own.append((marks.at(flat), rows[flat], share))
         else:
             plain.append((rows, share))
 

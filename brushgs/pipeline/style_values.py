@@ -48,11 +48,21 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
     found: dict[str, dict[str, Any]] = {step: dict(of_step) for step, of_step in values.items()}
 
     broken = [
-        (0.0 if is_grey(style.palette) else min(style.marks.broken_lightness, MOST_BROKEN), share)
+        (
+            0.0
+            if is_grey(style.palette)
+            else (1 - style.flatness) * min(style.marks.broken_lightness, MOST_BROKEN),
+            share,
+        )
         for style, share in styles
         if style.marks is not None and share > 0
     ]
     lit = [(marks.relief, share) for marks, share in marked if marks.relief > 0]
+    # A print has neither ridges of paint nor a canvas.
+    flat = sum(share * style.flatness for style, share in styles if style.marks is not None)
+    if flat > 0:
+        for field in ("relief", "canvas_strength"):
+            found.setdefault("light", {})[field] = (1 - flat) * _of_look(values, "light", field)
     for step, field, wanted in (("strokes", "broken_color", broken), ("light", "relief", lit)):
         start = _of_look(values, step, field)
         if wanted:

@@ -170,6 +170,7 @@ def manner_of(styles: Styles | None) -> "Manner | None":
     if not staged:
         return None
     from brushgs.passes.add.stage_map import Manner, Part
+    from brushgs.passes.style.transport import flat_colors
 
     shares = {name: dict(_by_style(styles, name)) for name in ("color", "direction", "marks")}
     whole = dict(_by_style(styles, ""))
@@ -178,7 +179,8 @@ def manner_of(styles: Styles | None) -> "Manner | None":
         assert style.stage is not None
         of = {name: share * found[id(style)] / whole[id(style)] for name, found in shares.items()}
         dictionary = None if style.marks is None else style.marks.dictionary
-        parts.append(Part(style.stage, of["color"], of["direction"], dictionary))
+        inks = None if style.palette is None or style.flatness == 0 else flat_colors(style)
+        parts.append(Part(style.stage, of["color"], of["direction"], dictionary, inks))
         if (marks := style.marks) is not None:
             size += of["marks"] * np.log(marks.length / np.sqrt(marks.aspect))
             aspect += of["marks"] * np.log(marks.aspect)
@@ -204,7 +206,8 @@ def broken_of(style: "Style") -> tuple[float, float]:
     lightness, chroma = style.marks.broken_lightness, style.marks.broken_chroma
     if is_grey(style.palette):
         chroma = 0.0
-    return min(lightness, 0.7 * MOST_BROKEN), min(chroma, 0.25 * MOST_BROKEN)
+    most = (1 - style.flatness) * 0.7 * MOST_BROKEN
+    return min(lightness, most), min(chroma, 0.25 * MOST_BROKEN)
 
 
 def contour_of(styles: Styles) -> Contour | None:

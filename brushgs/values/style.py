@@ -71,6 +71,8 @@ class MarkSpectrum:
     widths: tuple[float, ...]
 
 
+CALM = 0.2  # share of the marks of a painting that are calm
+OF_CALM = 0.5, 0.25  # contrast of the next, over the mean: of paint at least, and of a print at most
 RESIDUAL_ZERO = 128  # byte for a residual of 0
 RESIDUAL_STEP = 1 / 320  # OKLab per step; residuals are at most 0.4 in size
 
@@ -130,9 +132,20 @@ class MarkDictionary:
             ranks, (np.cumsum(shares) - 0.5 * shares) / shares.sum(), self.contrasts[order] / mean
         )
 
+    def calmest(self, share: float) -> NDArray[np.intp]:
+        """Rows, ascending, of the kinds of least contrast: this share of the painting, at least one."""
+        order = np.argsort(self.contrasts, kind="stable")
+        sums = np.cumsum(self.shares[order].astype(np.float64))
+        num = int(np.searchsorted(sums, share * sums[-1] - 1e-9)) + 1
+        return np.sort(order[:num])
+
+    def at(self, rows: NDArray[np.intp]) -> "MarkDictionary":
+        """These kinds of marks."""
+        return MarkDictionary(self.colors[rows], self.shares[rows], self.texels[rows])
+
     def first(self, num: int) -> "MarkDictionary":
         """The `num` most frequent kinds of marks."""
-        return MarkDictionary(self.colors[:num], self.shares[:num], self.texels[:num])
+        return self.at(np.arange(min(num, len(self))))
 
 
 def residuals_of(texels: U8) -> F32:
@@ -273,6 +286,18 @@ class Style:
             facts += [f"{len(self.marks.dictionary)} marks of its own"] if self.marks.dictionary else []
         facts += [] if self.edit is None else ["an edit"]
         return f"Style({', '.join([repr(self.name), *facts])})"
+
+    @property
+    def flatness(self) -> float:
+        """How far a painting is a print, 0 to 1: dark contours, and between them large areas of one colour.
+
+        Brushes leave contrast in the calmest marks as well, at least half of the mean of all marks.
+        """
+        if self.lines is None or self.marks is None or self.marks.dictionary is None:
+            return 0.0
+        calm = float(self.marks.dictionary.factors_at(np.array(CALM)))
+        paint, flat = OF_CALM
+        return float(np.clip((paint - calm) / (paint - flat), 0, 1))
 
     @property
     def kind(self) -> StyleKind:

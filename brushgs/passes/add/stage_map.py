@@ -13,6 +13,7 @@ import numpy as np
 
 from brushgs.passes.add.stage_place import Place
 from brushgs.passes.add.stage_surface import Spots, Surface
+from brushgs.passes.style.transport import FlatColors
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of
@@ -35,12 +36,14 @@ class Part:
         color: share of its colors, 0 to 1.
         direction: share of its directions, 0 to 1.
         marks: of the painting; None where they are not known.
+        inks: the colors of a print; None for a painting.
     """
 
     stage: StyleStage
     color: float
     direction: float
     marks: MarkDictionary | None = None
+    inks: FlatColors | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +114,8 @@ def map_colors(manner: Manner, layout: Layout, surface: Surface, spots: Spots, o
     """[n, 3] OKLab: that of maps in their shares, and of `own` [n, 3] what is missing of 1."""
     found = (1 - manner.color) * own
     for part in manner.parts:
-        found += part.color * _sampled(oklab_field(part.stage), layout, surface, spots)
+        own_colors = _sampled(oklab_field(part.stage), layout, surface, spots)
+        found += part.color * (own_colors if part.inks is None else part.inks.flat(own_colors))
     return found
 
 

@@ -8,6 +8,8 @@ stand for all: the middles of clusters in colour, change of colour across, contr
 Source of the seeds of clusters: Arthur and Vassilvitskii 2007, k-means++.
 """
 
+import warnings
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -135,7 +137,9 @@ def _representatives(features: F64, num: int) -> tuple[NDArray[np.intp], F64]:
     """Rows nearest to the middles of clusters, the largest cluster first, and the shares of the clusters."""
     from scipy.cluster.vq import kmeans2
 
-    centers, labels = kmeans2(features, num, iter=ROUNDS, minit="++", seed=0, missing="warn")
+    with warnings.catch_warnings():  # a cluster that no mark is nearest to is left out below
+        warnings.simplefilter("ignore", UserWarning)
+        centers, labels = kmeans2(features, num, iter=ROUNDS, minit="++", seed=0, missing="warn")
     rows, shares = [], []
     for k in range(num):
         own = np.flatnonzero(labels == k)

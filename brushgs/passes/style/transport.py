@@ -19,7 +19,7 @@ from brushgs.passes.color.color_map import Affine, ColorMap, difference_slopes
 from brushgs.passes.style.features import StrokeFeatures
 from brushgs.values.arrays import F64, Array, check
 from brushgs.values.colors import LUMINANCE, oklab_of, rgb_of_oklab
-from brushgs.values.style import StylePalette
+from brushgs.values.style import Style, StylePalette
 
 NUM_SAMPLES = 1024  # of the scene's paint and of the painting, equally weighted
 SLOPES = 0.4, 2.5  # of the curve of luma
@@ -36,6 +36,7 @@ MOST_STRETCH = 9.0
 PURE = 0.95  # share of a painting that is less pure than its limit of chroma
 LEAST_CHROMA = 0.012  # OKLab: limit of chroma, about 4 of CIE, below which a painting is black and white
 KNEE = 0.7  # of a limit of chroma, from which on it is approached
+INK_EDGE = 0.03  # OKLab: how soft the change is from one colour of a print to the next
 AFFINE_RIDGE = 1e-4  # of the slopes of chroma, and the largest of them, for the same reason
 MOST_SLOPE = 3.0
 _SEED = 20161
@@ -132,6 +133,49 @@ class ChromaLimit:
     def slopes(self, rgb: F64, after: F64, features: StrokeFeatures | None = None) -> F64:
         """See `ColorMap`."""
         return difference_slopes(self, rgb)
+
+
+@dataclass(frozen=True, eq=False)
+class FlatColors:
+    """Tones of a print: each goes most of the way to that of the nearest of a few colours, a `ColorMap`.
+
+    Smooth, so that tones between two of them do not jump. Hue and chroma stay: a print has more of both than
+    a few colours tell.
+
+    Attributes:
+        inks: [K, 3] OKLab.
+        share: of the way, 0 to 1.
+    """
+
+    inks: F64
+    share: float
+
+    def flat(self, lab: F64) -> F64:
+        """[N, 3] OKLab after, of OKLab before."""
+        squares = ((lab[:, None] - self.inks) ** 2).sum(axis=2)
+        weights = np.exp(-0.5 * (squares - squares.min(axis=1, keepdims=True)) / INK_EDGE**2)
+        wanted = (weights / weights.sum(axis=1, keepdims=True)) @ self.inks[:, 0]
+        return np.column_stack([lab[:, 0] + self.share * (wanted - lab[:, 0]), lab[:, 1:]])
+
+    def colors(self, rgb: F64, features: StrokeFeatures | None = None) -> F64:
+        """See `ColorMap`."""
+        return rgb_of_oklab(self.flat(oklab_of(rgb)))
+
+    def slopes(self, rgb: F64, after: F64, features: StrokeFeatures | None = None) -> F64:
+        """See `ColorMap`."""
+        return difference_slopes(self, rgb)
+
+
+def flat_colors(style: Style, share: float = 1.0) -> FlatColors:
+    """The colours of a painting, as far as it is a print.
+
+    Args:
+        style: with a palette.
+        share: of the way to them, where it is one wholly.
+    """
+    assert style.palette is not None
+    rgb = np.array([color.rgb for color in style.palette.colors])
+    return FlatColors(oklab_of(np.clip(rgb, 0, 1)), share * style.flatness)
 
 
 def most_chroma(palette: StylePalette) -> float:

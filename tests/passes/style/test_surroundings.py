@@ -1,13 +1,18 @@
 """What surrounds the subject of a painting: calm parts alone, closed around, and its contours."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from brushgs.passes.style.calm import calm_cells, filled
 from brushgs.passes.style.contours import learn_lines
+from brushgs.passes.style.marks import learn_marks
+from brushgs.passes.style.palette import learn_palette
 from brushgs.passes.style.quilt import COLUMNS, ROWS, learn_stage
+from brushgs.passes.style.transport import flat_colors
 from brushgs.values.colors import oklab_of
-from brushgs.values.style import StyleMarks
+from brushgs.values.style import Style, StyleMarks
 
 SKY, GROUND, TREE = (0.35, 0.5, 0.8), (0.5, 0.45, 0.2), (0.05, 0.15, 0.08)
 SKIN, EYE = (0.9, 0.65, 0.5), (0.9, 0.1, 0.6)
@@ -79,3 +84,23 @@ def test_contours_are_dark_ridges_of_their_width(width, spacing, has_lines):
     if lines is not None:
         assert lines.width * 400 == pytest.approx(width, rel=0.35)
         assert nearest(lines.rgb, (0.1, 0.12, 0.2)) < 0.06
+
+
+def test_a_print_is_laid_in_few_tones_and_calm_marks_and_paint_is_not():
+    _y, x = np.mgrid[:400, :500]
+    tones = np.array([0.85, 0.6, 0.4])[(x // 40) % 3][..., None] * (1.0, 0.95, 0.8)
+    tones[x % 40 < 6] = (0.1, 0.12, 0.2)
+    image = np.clip(tones + np.random.default_rng(2).normal(0, 0.004, tones.shape), 0, 1)
+    marks = replace(learn_marks(image, 24), length=MARKS.length, aspect=MARKS.aspect)
+    one = Style("print", learn_palette(image), marks, lines=learn_lines(image, MARKS))
+    assert one.flatness > 0.5
+    assert replace(one, lines=None).flatness == 0  # smooth paint without contours
+    greys = np.linspace(0, 1, 101)[:, None] * np.ones(3)
+    before, after = (oklab_of(rgb) for rgb in (greys, flat_colors(one).colors(greys)))
+    assert len(np.unique(after[:, 0].round(2))) < 0.7 * len(np.unique(before[:, 0].round(2)))
+    np.testing.assert_allclose(after[:, 1:], before[:, 1:], atol=1e-6)  # hue and chroma stay
+    dictionary = marks.dictionary
+    assert dictionary is not None
+    calm = dictionary.calmest(0.5)
+    assert dictionary.contrasts[calm].max() <= np.delete(dictionary.contrasts, calm).min()
+    np.testing.assert_array_equal(dictionary.calmest(1.0), np.arange(len(dictionary)))
