@@ -19,6 +19,9 @@ def _color(text: str) -> str:
 
 
 Pair = tuple[float, float]
+Key = Annotated[
+    float, share("how far the focus takes all tones, from dark to light, so that it reads", flag=None)
+]
 Code = Annotated[str, in_files("#rrggbb", read=_color)]
 
 
@@ -28,7 +31,7 @@ class Medium(Options, frozen=True):
     kind: ClassVar[str]
     has_own_color: ClassVar[bool] = False  # whether marks have the medium's colour, not those of the scene
     draws_lines: ClassVar[bool] = False  # whether there may be lines along edges
-    draws_tones: ClassVar[bool] = False  # whether tones are marks on surfaces, placed in the views of a job
+    draws_tones: ClassVar[bool] = False  # whether tones are those in the views of a job, keyed in the focus
     # fmt: off
     behind: Annotated[float, in_files("strokes are painted up to this many stroke sizes behind the visible "
         "surface", ge=0, le=10)] = 1.6
@@ -80,7 +83,9 @@ class Charcoal(SoftMedium, frozen=True):
 
     kind = "charcoal"
     has_own_color = True
+    draws_tones = True
     color: Code = "#171615"
+    key: Key = 0.3
     rub: Annotated[float, share("how far the edges of masses are rubbed", flag=None)] = 0.6
     middle: Annotated[float, share("tone up to which marks are made", flag=None)] = 0.6
     accents: Annotated[float, share("opacity of marks in the darkest tones; 0 for none", flag=None)] = 0.9
@@ -104,8 +109,7 @@ class TonalMedium(DrawingMedium, frozen=True):
     width: Annotated[Pair, in_files("of marks in the darkest and in the lightest tone", ge=0.1, le=20,
         unit="px")] = (1.4, 1.0)
     lightest: Annotated[float, share("tone from which paper is left white", flag=None)] = 0.6
-    key: Annotated[float, share("how far the focus takes all tones, from dark to light, so that it reads",
-        flag=None)] = 0.6
+    key: Key = 0.6
     # fmt: on
 
     def __post_init__(self) -> None:

@@ -15,7 +15,8 @@ from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.still import paint_file
 from brushgs.pipeline.strokes import file_size, write_scene
 from brushgs.still_life import still_life, still_life_camera
-from brushgs.still_life.moving import SECONDS, seen_from, still_life_moving
+from brushgs.still_life.moving import SECONDS, still_life_moving
+from brushgs.values.sh import seen_from
 from brushgs.values.shot import Origin
 
 SCENE_NAME = "still_life.ply"

@@ -30,7 +30,6 @@ from brushgs.values.arrays import F64, Mask, Rows, smoothstep
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 from brushgs.values.quats import quat_products, quats_of, rotation_matrices
-from brushgs.values.sh import C0, sh_basis
 
 SECONDS = 4.0  # that the motion was composed for; another length plays it slower or faster
 RATE = CLIP_FPS  # moments a second where rows do not correspond
@@ -124,17 +123,6 @@ def still_life_moving(
         return _at(stage, times[moment] / seconds).take(rows)
 
     return MovingScene(seconds, False, sample, times=times)
-
-
-def seen_from(gaussians: Gaussians, eye: F64) -> Gaussians:
-    """Gaussians in the colours that a viewer at `eye` [3] sees, from wherever they are looked at.
-
-    A fifth of the bytes of a scene with highlights that move.
-    """
-    colors = np.einsum(
-        "nk,nkc->nc", sh_basis(unit(gaussians.means - eye), gaussians.sh_degree), gaussians.sh, optimize=True
-    )
-    return replace(gaussians, sh=np.maximum(colors / C0, -0.5 / C0)[:, None].astype(gaussians.sh.dtype))
 
 
 def _staged(num_gaussians: int, seed: int) -> _Stage:

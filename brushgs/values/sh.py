@@ -122,6 +122,21 @@ def in_colors(gaussians: Gaussians, colors: ArrayLike) -> Gaussians:
     return replace(gaussians, sh=sh)
 
 
+def seen_from(gaussians: Gaussians, eye: ArrayLike) -> Gaussians:
+    """Gaussians in the colours that a viewer sees, from wherever they are looked at (SH degree 0).
+
+    A fifth of the bytes of a scene with highlights that move.
+
+    Args:
+        gaussians: N Gaussians.
+        eye: [3] position of the viewer, world units.
+    """
+    away = gaussians.means - np.asarray(eye, np.float64)
+    directions = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
+    colors = np.einsum("nk,nkc->nc", sh_basis(directions, gaussians.sh_degree), gaussians.sh, optimize=True)
+    return replace(gaussians, sh=np.maximum(colors / C0, -0.5 / C0)[:, None].astype(gaussians.sh.dtype))
+
+
 def used_sh_degree(gaussians: Gaussians) -> int:
     """The highest SH degree with a non-zero coefficient, 0 to 3: higher degrees cannot change a colour.
 

@@ -25,6 +25,7 @@ from brushgs.pipeline.media.materials import (
     numbers_of,
     scaled,
 )
+from brushgs.pipeline.media.tonal import keyed
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.values.arrays import F64, Mask
@@ -40,7 +41,7 @@ SHARES = (0.18, 0.42, 0.70)  # of the picture that is darker than each border be
 # Share of a border that is so by area; its tone else, and always where the masses spread less than this.
 BY_AREA, USUAL, LEAST_SPREAD = 0.4, (0.2, 0.42, 0.66), 0.1
 MASSED = 0.75  # share of the soft tone that is one of the values; the rest follows the tone
-REACH = 0.8  # of a mass, relative to the strokes
+REACH = 0.9  # of a mass, relative to the strokes
 WAVE = 0.25  # of the noise by which edges are rubbed, in the extent of the strokes
 LEAST_MARK = 0.1  # opacity of the faintest mark, relative to the darkest
 PRESSED = 1.3  # power of the darkness of marks
@@ -100,7 +101,8 @@ def _tones(materials: Materials, local: float) -> F64:
     from brushgs.passes.color.tone import ENDS_SEEN, tones
 
     equalized = materials.color.equalize
-    return tones(materials.strokes, local=local, equalized=equalized, areas=materials.areas, ends=ENDS_SEEN)
+    found = tones(materials.shown, local=local, equalized=equalized, areas=materials.areas, ends=ENDS_SEEN)
+    return keyed(found, materials, numbers_of(Charcoal, materials).key)
 
 
 def _masses(materials: Materials) -> Coat:

@@ -18,6 +18,7 @@ from brushgs.rendering.options import RenderOptions
 from brushgs.values.arrays import Array
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.sh import base_colors, in_colors, seen_from
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
@@ -82,7 +83,21 @@ class Materials:
         """[N] 0 (black) to 1 (white)."""
         from brushgs.passes.color.tone import tones
 
-        return tones(self.strokes, local=self.color.local, equalized=self.color.equalize)
+        return tones(self.shown, local=self.color.local, equalized=self.color.equalize)
+
+    @cached_property
+    def shown(self) -> Gaussians:
+        """The strokes in the colours that the views of the job show on average, with their highlights.
+
+        Tones are theirs: of a shiny scene, base colours are those of no view.
+        """
+        from brushgs.cameras.around import path_views
+
+        if not self.cameras or self.strokes.sh_degree == 0:
+            return self.strokes
+        views = path_views(self.cameras)
+        colors = [base_colors(seen_from(self.strokes, camera.position).sh) for camera in views]
+        return in_colors(self.strokes, np.mean(colors, axis=0))
 
     @cached_property
     def areas(self) -> "F64":
@@ -132,8 +147,6 @@ class Materials:
 
         Their pieces are `along` times as long.
         """
-        from brushgs.values.sh import in_colors
-
         if self.lines is None or self.line_texture is None or opacity == 0:
             return []
         if strength is None:

@@ -30,8 +30,18 @@ def keyed_tones(materials: Materials) -> F64:
     if sight is None:
         return materials.tones
     areas = shown_areas(strokes, sight.pictures, kernel="gaussian")
-    tones = tones_of(strokes, local=color.local, equalized=color.equalize, areas=areas)
-    shares = numbers_of(TonalMedium, materials).key * sight.focus_of(strokes)
+    tones = tones_of(materials.shown, local=color.local, equalized=color.equalize, areas=areas)
+    return keyed(tones, materials, numbers_of(TonalMedium, materials).key)
+
+
+def keyed(tones: F64, materials: Materials, key: float) -> F64:
+    """[n] tones of the strokes, of which those in focus are lifted: spread by rank from dark to light.
+
+    `key` is how far, 0 to 1.
+    """
+    if materials.sight is None:
+        return tones
+    shares = key * materials.sight.focus_of(materials.strokes)
     inside = np.flatnonzero(shares > 0)
     if len(inside) < 2:
         return tones

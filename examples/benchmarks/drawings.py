@@ -1,0 +1,181 @@
+"""How far watercolour, ink and charcoal are drawings: their masses, blacks, marks, paper and lost outlines.
+
+    python -m examples.benchmarks.drawings [SCENE ...] [--looks LOOK ...] [--pictures FOLDER] [--page FILE]
+
+Pictures are those that `brushgs render SCENE --look LOOK --size 960x540` makes. L* is of CIELAB; the subject
+is what the plain picture covers by half. Squinting is a blur by 3.5 % of the shorter side.
+- charcoal: correlation of squinted L* of the drawing and of the plain picture over the subject, and the
+  squinted range of the drawing from its 5th to its 95th percentile.
+- ink: median L* of the plain picture, share of what is drawn that is solid black, regions of black, median
+  length of hatching in px, and share of the ink in flecks of less than 40 px^2.
+- watercolour: share of the picture that is within 2.5 (CIELAB) of its paper, the darkest 2 % in L*, and the
+  lost share of the outline: within 6 across 4 px to both sides.
+- stippling: PSNR in dB of the SVG, drawn by another renderer, to the PNG.
+"""
+
+import argparse
+import io
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy import ndimage
+
+import brushgs as bg
+from brushgs.cli.configs import paint_config, scene_source
+from brushgs.cli.parser import parse
+from brushgs.formats.pictures.images import read_image
+from brushgs.measure.likeness import psnr
+from brushgs.passes.color.squint import Squint, lab_of, squinted
+from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.still import paint_file, paint_view
+from brushgs.rendering.render import render
+from brushgs.values.arrays import F64, Array, Mask
+from examples.benchmarks.curves import SCENES as FILES_AND_FLAGS
+from examples.benchmarks.curves import placed
+from examples.benchmarks.machine import describe
+from examples.benchmarks.scenes import FOLDER, present
+from examples.benchmarks.strokes import markdown
+
+SIZE = "960x540"
+PICKED = "skull", "truck", "spinach", "koala", "campsite", "plant", "guitar"
+SAME, LOST = 2.5, 6.0  # CIELAB: what looks like the paper, and across a lost outline
+ACROSS = 4  # px from the outline to the places that are compared
+FLECK = 40  # px^2
+
+
+class Drawing:
+    """A drawing, and the plain picture of its scene in the same view."""
+
+    def __init__(self, scene: str, look: str) -> None:
+        file, flags = FILES_AND_FLAGS[scene]
+        words = ["render", str(FOLDER / file), *flags, "--look", look, "--size", SIZE, "-o", "drawing.png"]
+        args = parse(words)
+        self.source, self.config = scene_source(args), paint_config(args)
+        report = Report()
+        self.found: Prepared = prepare(self.source, self.config, report, asks=(*PICTURE, "scene"))
+        self.rgb: Array = np.clip(paint_view(self.found, report).over((1, 1, 1)), 0, 1)
+        plain = render(self.found.whole_scene, self.found.camera, "gaussian", depth=False)
+        self.subject: Mask = plain.alpha > 0.5
+        straight = np.clip(plain.straight_colors(), 0, 1).reshape(-1, 3).astype(np.float64)
+        self.plain: F64 = lab_of(straight)[:, 0].reshape(self.subject.shape)
+
+    @property
+    def lab(self) -> F64:
+        """[H, W, 3] of the drawing."""
+        return lab_of(self.rgb.reshape(-1, 3).astype(np.float64)).reshape(self.rgb.shape)
+
+
+def charcoal(drawing: Drawing) -> list[str]:
+    """Correlation and range."""
+    subject = drawing.subject
+    weight = np.maximum(squinted(subject.astype(float)), 1e-9)
+    light = drawing.lab[..., 0]
+    pairs = [(squinted(subject * one) / weight)[subject] for one in (drawing.plain, light)]
+    seen = Squint.of(drawing.rgb, subject.astype(float))
+    return [f"{np.corrcoef(*pairs)[0, 1]:.2f}", f"{seen.range:.0f}"]
+
+
+def ink(drawing: Drawing) -> list[str]:
+    """Blacks, hatching and flecks."""
+    painting, camera = drawing.found.painting, drawing.found.camera
+    coats = {coat.name: coat for coat in painting.coats}
+    laid = replace(painting, coats=(coats["ground"],), surface=None).with_depth(True).frame(camera)
+    covered = laid.alpha > 0.5
+    black = covered & (laid.rgb.mean(axis=2) < 0.4)
+    regions = ndimage.label(black)[1]
+    labels, count = ndimage.label(drawing.lab[..., 0] < 50, np.ones((3, 3)))
+    areas = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    flecks = areas[areas < FLECK].sum() / max(areas.sum(), 1)
+    lengths = np.zeros(0)
+    if (coat := coats.get("hatching")) is not None and coat.chains is not None:
+        boxes = coat.boxes(camera)[0]
+        own = np.bincount(coat.chains[boxes.ids], 2 * boxes.half_extents[:, 0])
+        lengths = own[own > 0]
+    hatch = f"{np.median(lengths):.0f}" if len(lengths) else "-"
+    median = np.median(drawing.plain[drawing.subject])
+    shares = f"{black.sum() / covered.sum():.1%}", str(regions), hatch, f"{flecks:.1%}"
+    return [f"{median:.0f}", *shares]
+
+
+def watercolour(drawing: Drawing) -> list[str]:
+    """Paper, darks and lost outline."""
+    lab, surface = drawing.lab, drawing.found.painting.surface
+    assert surface is not None, "watercolour has a paper"
+    paper = lab_of(surface.rgb.reshape(-1, 3).astype(np.float64)).reshape(lab.shape)
+    white = float((np.linalg.norm(lab - paper, axis=2) < SAME).mean())
+    lost = lost_share(lab, drawing.subject)
+    return [f"{white:.0%}", f"{np.percentile(lab[..., 0], 2):.0f}", "-" if lost is None else f"{lost:.0%}"]
+
+
+def lost_share(lab: F64, subject: Mask) -> float | None:
+    """Share of the outline across which a picture, CIELAB, hardly changes; None for full pictures."""
+    inside = ndimage.gaussian_filter(subject.astype(np.float64), 2.0)
+    down, right = np.gradient(inside)
+    slope = np.hypot(down, right)
+    edge = subject & ~ndimage.binary_erosion(subject, border_value=1) & (slope > 1e-6)
+    rows, columns = np.nonzero(edge)
+    far = 3 * ACROSS
+    kept = (rows > far) & (columns > far) & (rows < len(lab) - far) & (columns < lab.shape[1] - far)
+    rows, columns = rows[kept], columns[kept]
+    if len(rows) < 0.2 * sum(subject.shape):
+        return None
+    soft = ndimage.gaussian_filter(lab, (1.5, 1.5, 0))
+    step = np.stack([down, right])[:, rows, columns] / slope[rows, columns]
+    places = np.stack([rows, columns])
+    inner, outer = (soft[tuple((places + side * ACROSS * step).round().astype(int))] for side in (1, -1))
+    return float((np.linalg.norm(inner - outer, axis=1) < LOST).mean())
+
+
+def stippling(drawing: Drawing) -> list[str]:
+    """Likeness of the SVG."""
+    import cairosvg
+    from PIL import Image
+
+    with tempfile.TemporaryDirectory() as folder:
+        svg, png = Path(folder) / "a.svg", Path(folder) / "a.png"
+        for path in (svg, png):
+            paint_file(drawing.source, path, drawing.config)
+        content = cairosvg.svg2png(bytestring=svg.read_bytes())
+        shown = np.asarray(Image.open(io.BytesIO(content)).convert("RGB")) / 255
+        return [f"{psnr(shown, read_image(png)[..., :3]):.1f}", f"{svg.stat().st_size / 1e6:.1f}"]
+
+
+FIGURES: dict[str, tuple[Callable[[Drawing], list[str]], str]] = {
+    "charcoal": (charcoal, "correlation, range"),
+    "ink": (ink, "median L*, black, regions, hatch px, flecks"),
+    "watercolour": (watercolour, "paper, darkest 2 % L*, outline lost"),
+    "stippling": (stippling, "SVG dB, MB"),
+}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("scenes", nargs="*", choices=[*PICKED, []], metavar="SCENE")
+    parser.add_argument("--looks", nargs="*", choices=FIGURES, default=list(FIGURES), metavar="LOOK")
+    parser.add_argument("--pictures", type=Path, help="folder for the pictures")
+    parser.add_argument("--page", type=Path, help="gets the tables between its marks")
+    asked = parser.parse_args()
+    print(describe(), flush=True)
+    scenes = present(asked.scenes or PICKED, {name: file for name, (file, _) in FILES_AND_FLAGS.items()})
+    for look in asked.looks:
+        measure, head = FIGURES[look]
+        table = [["scene", *head.split(", ")]]
+        for scene in scenes:
+            drawing = Drawing(scene, look)
+            table.append([scene, *measure(drawing)])
+            print(look, *table[-1], flush=True)
+            if asked.pictures:
+                opaque = np.ones(drawing.subject.shape, np.float32)
+                bg.save(bg.Frame(drawing.rgb, opaque, None), asked.pictures / f"{scene}-{look}.png")
+        if asked.page:
+            asked.page.write_text(placed(asked.page.read_text(), look, markdown(table)))
+
+
+if __name__ == "__main__":
+    main()
