@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.color.color_space import Space
+from brushgs.passes.color.squint import lab_of
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering.effect import without_effect
@@ -30,8 +30,7 @@ def test_lights_are_the_paper_and_darks_are_dark(prepared):
     picture = painting.frame(CAMERA).rgb
     shown = painting.coats[[coat.name for coat in painting.coats].index("wash")]
     subject = replace(painting, coats=(replace(shown, effect=None),)).frame(CAMERA)
-    lab = Space("lab").to(picture.reshape(-1, 3).astype(np.float64))
-    paper = Space("lab").to(painting.surface.rgb.reshape(-1, 3).astype(np.float64))
+    lab, paper = (lab_of(rgb.reshape(-1, 3).astype(np.float64)) for rgb in (picture, painting.surface.rgb))
     assert (np.linalg.norm(lab - paper, axis=1) < 2.5).mean() >= 0.08
     assert np.percentile(lab[:, 0], 2) < 25
     assert subject.alpha.max() > 0.9
