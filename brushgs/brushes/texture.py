@@ -12,6 +12,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -353,8 +354,9 @@ def without_number(name: str) -> str:
     return _VARIANT.sub("", name)
 
 
-def _image_names() -> list[str]:
-    return [path.stem for path in strokes_folder().glob("*.png")]
+@cache  # a painting asks some hundred times
+def _image_names() -> tuple[str, ...]:
+    return tuple(path.stem for path in strokes_folder().glob("*.png"))
 
 
 def _plain_name(stem: str) -> str:
@@ -362,6 +364,7 @@ def _plain_name(stem: str) -> str:
     return stem.lower().replace("-", "_").replace(" ", "_")
 
 
+@cache
 def strokes_folder() -> Path:
     """The folder of the built-in images: inside the installed package, or beside it in a checkout."""
     from importlib import resources
