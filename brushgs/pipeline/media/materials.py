@@ -75,8 +75,9 @@ class Materials:
         """One colour for the ground, which drawing media leave open and mix their greys with."""
         if self.ground is None:
             return 1.0, 1.0, 1.0
-        red, green, blue = np.asarray(self.ground, np.float64).reshape(-1, 3).mean(axis=0)
-        return float(red), float(green), float(blue)
+        ground = np.asarray(self.ground)  # plane by plane: pairwise sums, and no copy in double
+        red, green, blue = (float(ground[..., c].mean(dtype=np.float64)) for c in range(3))
+        return red, green, blue
 
     @cached_property
     def tones(self) -> "F64":
