@@ -29,7 +29,7 @@ from brushgs.formats.format import (
 # fmt: off
 _PICTURES = (
     Format("PNG", "picture", (".png",), begins_with(b"\x89PNG\r\n\x1a\n"), read="",
-        write="pictures.still:write_png", bits=(8, 16), note="8 or 16 bit", takes_strips=True),
+        write="pictures.png:write_png", bits=(8, 16), note="8 or 16 bit", takes_strips=True),
     Format("JPEG", "picture", (".jpg", ".jpeg"), begins_with(b"\xff\xd8\xff"),
         read="pictures.still:check_jpeg", write="pictures.still:write_jpeg", note="8 bit, quality 95",
         holds_alpha=False, takes_strips=True),

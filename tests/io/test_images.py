@@ -1,5 +1,7 @@
 import struct
+import sys
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import get_args
 
@@ -9,7 +11,9 @@ import pytest
 
 import brushgs as bg
 from brushgs import Frame, SceneError
+from brushgs.core.threads import at_most
 from brushgs.formats.pictures.images import read_image, write_frame
+from brushgs.formats.pictures.oiio import Strips, pixels_of
 from brushgs.formats.registry import function_of, holds_depth
 from brushgs.formats.table import FORMATS, VIDEO_CODECS
 from brushgs.options.choices import Codec
@@ -151,7 +155,7 @@ def test_save_puts_a_frame_on_a_background(tmp_path):
         bg.save(frame, tmp_path / "d.png", background="mauvish")
 
 
-@pytest.mark.parametrize(("suffix", "is_opened"), [("png", False), ("exr", True)])
+@pytest.mark.parametrize(("suffix", "is_opened"), [("tif", False), ("exr", True)])
 def test_a_failed_write_is_reported_and_leaves_nothing(tmp_path, monkeypatch, suffix, is_opened):
     class Broken:
         def open(self, *args: object) -> bool:
@@ -170,6 +174,57 @@ def test_a_failed_write_is_reported_and_leaves_nothing(tmp_path, monkeypatch, su
     with pytest.raises(SceneError, match=rf"a\.{suffix}: cannot be written \(disk full\); check the disk"):
         write_frame(make_frame(), tmp_path / f"a.{suffix}")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="has no limit of a file's size")
+def test_a_png_that_the_disk_cannot_hold_is_reported_and_leaves_nothing(tmp_path):
+    import resource
+
+    frame = noise(200, 300)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, limits[1]))
+    try:
+        with pytest.raises(SceneError, match=r"a\.png: cannot be written .*; check the disk"):
+            write_frame(frame, tmp_path / "a.png", background=(0, 0, 0))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert list(tmp_path.iterdir()) == []
+
+
+def noise(height: int, width: int) -> Frame:
+    values = np.random.default_rng(height).random((height, width, 4), np.float32)
+    return Frame(values[..., :3] * values[..., 3:], values[..., 3])
+
+
+@for_each(("height", "width"), [(1, 1), (3, 1), (1, 5), (700, 900)])  # the last in several bands
+@for_each("bits", [8, 16])
+@for_each("background", [None, (0.2, 0.4, 0.6)])
+def test_bands_of_a_png_are_one_stream_of_the_same_pixels(tmp_path, height, width, bits, background):
+    frame = noise(height, width)
+    path = tmp_path / "a.png"
+    write_frame(frame, path, background=background, bits=bits)
+    expected = pixels_of(frame, background, bits)
+    np.testing.assert_array_equal(np.rint(read_image(path) * np.float32(2**bits - 1)), expected)
+    stream = b"".join(content for kind, content in chunks(path) if kind == b"IDAT")
+    assert len(zlib.decompress(stream)) == height * (1 + expected[0].nbytes)  # checks the sum over all bands
+    with at_most(1):
+        write_frame(frame, tmp_path / "b.png", background=background, bits=bits)
+    assert (tmp_path / "b.png").read_bytes() == path.read_bytes()
+    half = height // 2
+    parts = [Frame(frame.rgb[rows], frame.alpha[rows]) for rows in (slice(half), slice(half, None))]
+    strips = Strips(height, width, lambda: iter(parts[not half :]))
+    write_frame(strips, tmp_path / "c.png", background=background, bits=bits)
+    np.testing.assert_array_equal(read_image(tmp_path / "c.png"), read_image(path))
+
+
+def chunks(path: Path) -> Iterator[tuple[bytes, bytes]]:
+    """Kind and content of each chunk of a PNG; their checksums hold."""
+    content, start = path.read_bytes(), 8
+    while start < len(content):
+        end = start + 8 + int.from_bytes(content[start : start + 4], "big")
+        assert zlib.crc32(content[start + 4 : end]) == int.from_bytes(content[end : end + 4], "big")
+        yield content[start + 4 : start + 8], content[start + 8 : end]
+        start = end + 4
 
 
 # ---- reading

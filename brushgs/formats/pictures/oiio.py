@@ -75,17 +75,20 @@ def write_frame_as(
     background: Background,
     bits: int,
     attributes: Mapping[str, Any],
-    finish: Callable[[Path], bool] = lambda path: True,
 ) -> None:
     """Write a frame with `write_pixels`, or its strips one at a time."""
     names = ("R", "G", "B", "A") if background is None else ("R", "G", "B")
-    if isinstance(frame, Frame):
-        write_pixels(path, format_name, pixels_of(frame, background, bits), names, attributes, finish)
-        return
-    rows = (pixels_of(strip, behind, bits) for strip, behind in _strips_of(frame, background))
-    _write_rows(
-        path, format_name, rows, (frame.height, frame.width, f"uint{bits}"), names, attributes, finish
-    )
+    height, width = (frame.height, frame.width) if isinstance(frame, Strips) else frame.alpha.shape
+    rows = rows_of(frame, background, bits)
+    _write_rows(path, format_name, rows, (height, width, f"uint{bits}"), names, attributes, lambda path: True)
+
+
+def rows_of(
+    frame: Frame | Strips, background: Background, bits: int
+) -> Iterator[NDArray[np.uint8] | NDArray[np.uint16]]:
+    """`pixels_of` a strip at a time, from the top."""
+    strips = _strips_of(frame, background) if isinstance(frame, Strips) else iter([(frame, background)])
+    return (pixels_of(strip, behind, bits) for strip, behind in strips)
 
 
 def write_pixels(

@@ -9,7 +9,6 @@ RFC (github.com/google/spatial-media); ISO/IEC 14496-12.
 import os
 import shutil
 import struct
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,6 @@ from brushgs.formats.files import replacing
 from brushgs.values.shot import Panorama
 
 _SPACE = "http://ns.google.com/photos/1.0/panorama/"
-_PNG_HEAD = 33  # bytes of the signature and the first chunk, IHDR
 _ENTRY_HEAD = 86  # bytes of a video sample entry before its boxes
 _CONTAINERS = (b"moov", b"trak", b"mdia", b"minf", b"stbl")
 _STEREO_MODES = {None: 0, "top": 1, "side": 2}
@@ -36,6 +34,18 @@ def panorama_tags(panorama: Panorama, width: int, height: int) -> dict[str, Any]
     return {f"GPano:{name}": value for name, value in named.items()}
 
 
+def panorama_packet(panorama: Panorama, width: int, height: int) -> bytes:
+    """The tags as an XMP packet, for a PNG; empty if there are none."""
+    if not (tags := panorama_tags(panorama, width, height)):
+        return b""
+    words = " ".join(f'{name}="{value}"' for name, value in tags.items())
+    return (
+        '<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?><x:xmpmeta xmlns:x="adobe:ns:meta/">'
+        '<rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#"><rdf:Description rdf:about="" '
+        f'xmlns:GPano="{_SPACE}" {words}/></rdf:RDF></x:xmpmeta><?xpacket end="r"?>'
+    ).encode()
+
+
 def _video_boxes(panorama: Panorama) -> bytes:
     """The boxes to insert into the sample entry of a video."""
     boxes = b""
@@ -48,22 +58,6 @@ def _video_boxes(panorama: Panorama) -> bytes:
         source = _box(b"svhd", bytes(4) + b"brushgs\0")
         boxes += _box(b"sv3d", source + _box(b"proj", pose + bounds))
     return boxes
-
-
-def tag_png(path: Path, panorama: Panorama, width: int, height: int) -> None:
-    """Add the tags to a PNG, if there are any, as an XMP text chunk."""
-    if not (tags := panorama_tags(panorama, width, height)):
-        return
-    words = " ".join(f'{name}="{value}"' for name, value in tags.items())
-    packet = (
-        '<?xpacket begin="\ufeff" id="W5M0MpCehiHzreSzNTczkc9d"?><x:xmpmeta xmlns:x="adobe:ns:meta/">'
-        '<rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#"><rdf:Description rdf:about="" '
-        f'xmlns:GPano="{_SPACE}" {words}/></rdf:RDF></x:xmpmeta><?xpacket end="r"?>'
-    )
-    content = b"iTXt" + b"XML:com.adobe.xmp" + bytes(5) + packet.encode()
-    chunk = struct.pack(">I", len(content) - 4) + content + struct.pack(">I", zlib.crc32(content))
-    picture = path.read_bytes()
-    path.write_bytes(picture[:_PNG_HEAD] + chunk + picture[_PNG_HEAD:])
 
 
 def mark_video(path: Path, panorama: Panorama) -> None:

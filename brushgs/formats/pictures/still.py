@@ -5,7 +5,6 @@ report it. A progressive JPEG allocates all of its pixels when it is opened, and
 over the whole picture; a WebP is decoded all at once.
 """
 
-import os
 import re
 import struct
 from pathlib import Path
@@ -19,40 +18,14 @@ from brushgs.formats.files import open_plain, scratch_folder
 from brushgs.formats.pictures.images import check_pixels
 from brushgs.formats.pictures.metadata import described, metadata_text
 from brushgs.formats.pictures.oiio import NO_DATE, Background, Strips, bytes_of, write_frame_as, write_pixels
-from brushgs.formats.pictures.panorama import panorama_tags, tag_png
+from brushgs.formats.pictures.panorama import panorama_tags
 from brushgs.values.frame import Frame
 from brushgs.values.shot import Shot
-
-# A third to a half of the time of libpng's defaults (level 6, all filters), with files at most 4 % larger
-# (koala at 1280x720). The filter predicts a pixel as the mean of its left and upper neighbours.
-_PNG = {"oiio:UnassociatedAlpha": 1, "png:compressionLevel": 4, "png:filter": 64}
-_PNG_END = b"\0\0\0\0IEND\xaeB`\x82"  # the last chunk of every PNG
-
-
-def write_png(
-    frame: Frame | Strips, path: str | Path, background: Background, *, bits: int, shot: Shot | None = None
-) -> None:
-    """See `write_frame`."""
-
-    def finish(written: Path) -> bool:
-        is_complete = _is_complete(written)
-        if is_complete and shot is not None and shot.panorama is not None:
-            tag_png(written, shot.panorama, *_size(frame))
-        return is_complete
-
-    write_frame_as(path, "png", frame, background, bits, _PNG | described(shot), finish)
 
 
 def _size(frame: Frame | Strips) -> tuple[int, int]:
     """Width and height, pixels."""
     return (frame.width, frame.height) if isinstance(frame, Strips) else frame.alpha.shape[::-1]
-
-
-def _is_complete(path: Path) -> bool:
-    """Whether a PNG has its last chunk: on a full disk the writer stops midway and reports success."""
-    with path.open("rb") as file:
-        file.seek(-min(len(_PNG_END), path.stat().st_size), os.SEEK_END)
-        return file.read() == _PNG_END
 
 
 _TIFF = {"oiio:UnassociatedAlpha": 1, "DateTime": NO_DATE, "tiff:zipquality": 2}
