@@ -322,15 +322,36 @@ void blend_all_layers(const TileTask<T> task, TileState<T, channels, has_relief>
     }
 }
 
-// `share` as for `blend_record`.
+// The pixels of a tile that still let light through: all that sampling reads of it.
+struct AlivePixels {
+    std::uint32_t alive_blocks;
+    const std::uint16_t* alive;
+};
+
+// `sample_record` as a function of its own. Most of the time of a soft painter goes into its queues, so a call costs
+// little there; inlined into every painter, sampling takes half of the time that this file needs to compile.
+template <class T, Kernel kernel, class Shader>
+[[gnu::noinline]] std::uint32_t sample_apart(const RasterParams& params, const Record<T>& record, int x0, int y0,
+                                             const AlivePixels alive, T (&alphas)[kNumBlocks][kBlockPixels],
+                                             std::uint16_t* pixels, const Shader shader) {
+    return sample_record<T, kernel, true>(params, record, x0, y0, alive, alphas, pixels, shader);
+}
+
+// `share` as for `blend_record`. `kernel` is gaussian for underpaint and bilinear for every image: that of the picture
+// is chosen here, so that what blends the samples is compiled once for both.
 template <class T, Kernel kernel, Shading shading = Shading::none, Shading kept, int channels, bool has_relief>
 [[gnu::always_inline]] inline void sample_softly(const TileTask<T>& task, const Record<T>& record,
                                                  const TileState<T, channels, has_relief>& tile,
                                                  SoftSamples<T, kept, has_relief>& samples, T share = 1) {
     const std::uint32_t id = samples.record.id;
-    samples.blocks = sample_record<T, kernel, true>(
-        task.params, record, task.x0, task.y0, tile, samples.alphas, samples.pixels,
-        shader_of<T, kernel, shading, has_relief>(task, record, id, samples.shades, samples.heights));
+    const AlivePixels alive{tile.alive_blocks, tile.alive};
+    const auto shader = shader_of<T, kernel, shading, has_relief>(task, record, id, samples.shades, samples.heights);
+    if (is_image<kernel> && task.params.kernel == Kernel::nearest)
+        samples.blocks = sample_apart<T, Kernel::nearest>(task.params, record, task.x0, task.y0, alive, samples.alphas,
+                                                          samples.pixels, shader);
+    else
+        samples.blocks = sample_apart<T, kernel>(task.params, record, task.x0, task.y0, alive, samples.alphas,
+                                                 samples.pixels, shader);
     if (task.limits != nullptr) samples.blocks = sift_behind(task, id, samples.blocks, samples.alphas, samples.pixels);
     const auto fill = [&](auto& planes, T value) {
         for (std::uint32_t blocks = samples.blocks; blocks != 0; blocks &= blocks - 1)
@@ -394,7 +415,7 @@ template <class T, Shading kept, int channels, bool has_relief, class Next>
     blender.finish();
 }
 
-template <class T, Kernel kernel, int channels>
+template <class T, int channels>
 void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T, channels>& tile) {
     clear(queues);
     const T* const reaches = find_reaches(task, queues);
@@ -407,14 +428,14 @@ void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T
             const std::uint32_t id = task.ids[i];
             const T softness = task.boxes.softness[id];
             samples.record = {id, task.boxes.depths[id], softness * softness, reaches[i]};
-            sample_softly<T, kernel>(task, task.records[id], tile, samples);
+            sample_softly<T, Kernel::bilinear>(task, task.records[id], tile, samples);
             ++i;
             return true;
         });
 }
 
 // Strokes with underpaint, with streaks, with tints or with relief.
-template <class T, Kernel kernel, Shading kept, int channels, bool has_relief>
+template <class T, Shading kept, int channels, bool has_relief>
 void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T, channels, has_relief>& tile) {
     clear(queues);
     const T* const reaches = find_reaches(task, queues);
@@ -440,14 +461,14 @@ void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, Tile
             const Record<T>& record = task.records[id];
             if constexpr (kept == Shading::tints) {
                 if (has_tints(task, record)) {
-                    sample_softly<T, kernel, Shading::tints>(task, record, tile, samples);
+                    sample_softly<T, Kernel::bilinear, Shading::tints>(task, record, tile, samples);
                     return true;
                 }
             }
             if (shows_streaks(task, record, id))
-                sample_softly<T, kernel, Shading::streaks>(task, record, tile, samples);
+                sample_softly<T, Kernel::bilinear, Shading::streaks>(task, record, tile, samples);
             else
-                sample_softly<T, kernel>(task, record, tile, samples);
+                sample_softly<T, Kernel::bilinear>(task, record, tile, samples);
             return true;
         });
 }
@@ -466,13 +487,13 @@ void blend_image(const TileTask<T>& task, TileState<T, channels, has_relief>& ti
     blend_all_layers<T, kernel>(task, tile);
 }
 
-template <class T, Kernel kernel, int channels, bool has_relief>
+template <class T, int channels, bool has_relief>
 void blend_image_softly(const TileTask<T>& task, SoftQueues<T>& queues, TileState<T, channels, has_relief>& tile) {
     if constexpr (!has_relief) {
-        if (!has_layers(task)) return blend_all_softly<T, kernel>(task, queues, tile);
+        if (!has_layers(task)) return blend_all_softly<T>(task, queues, tile);
     }
-    if (task.params.has_tints) return blend_all_layers_softly<T, kernel, Shading::tints>(task, queues, tile);
-    blend_all_layers_softly<T, kernel, Shading::streaks>(task, queues, tile);
+    if (task.params.has_tints) return blend_all_layers_softly<T, Shading::tints>(task, queues, tile);
+    blend_all_layers_softly<T, Shading::streaks>(task, queues, tile);
 }
 
 // Calls `work.operator()<channels, has_relief>()` with those of the picture.
@@ -515,15 +536,11 @@ void paint_tile_softly(const TileTask<T>& task, SoftQueues<T>& queues, const Pic
     with_planes(picture, [&]<int channels, bool has_relief>() {
         using Tile = TileState<T, channels, has_relief>;
         Tile tile(task);
-        const auto blend = [&] {
-            task.params.kernel == Kernel::bilinear ? blend_image_softly<T, Kernel::bilinear>(task, queues, tile)
-                                                   : blend_image_softly<T, Kernel::nearest>(task, queues, tile);
-        };
         queues.is_crowd = false;
-        blend();
+        blend_image_softly<T>(task, queues, tile);
         if (queues.is_crowd) {
             tile = Tile(task);
-            blend();
+            blend_image_softly<T>(task, queues, tile);
         }
         write_tile(task, tile, picture);
     });
