@@ -85,8 +85,8 @@ def _pixel_chunks(strips: Iterator[NDArray[np.uint8] | NDArray[np.uint16]], step
             before = rows[start - 1 : start] if start else above
             filtered = _filtered(rows[start : start + size], before, step)
             stream = zlib.compressobj(_LEVEL, zlib.DEFLATED, -zlib.MAX_WBITS)
-            content = stream.compress(filtered) + stream.flush(zlib.Z_SYNC_FLUSH)
-            return content, zlib.adler32(filtered), filtered.size
+            content = stream.compress(filtered.data) + stream.flush(zlib.Z_SYNC_FLUSH)
+            return content, zlib.adler32(filtered.data), filtered.size
 
         for content, own, count in in_turn(deflated, starts, at_once=num_threads_or_default(None)):
             checksum = _joined(checksum, own, count)
