@@ -1,4 +1,4 @@
-"""What the Gaussians of one moment look like, so that they are found again in another."""
+"""Appearance of the Gaussians of one moment, for finding them again in another."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,22 +13,22 @@ from brushgs.passes.reduce.features import SceneFrame, contracted
 from brushgs.passes.reduce.morton import morton_order
 from brushgs.values.arrays import F32, F64, Array, Mask, Rows
 
-NUM_SPACED = 2000  # Gaussians that tell the spacing
+NUM_SPACED = 2000  # Gaussians from which the spacing is measured
 NUM_COMPARED = 500  # that tell whether all have grown, or are in another light
-UNLIKE = 0.5  # distance of looks: what is farther is something else
+UNLIKE = 0.5  # maximum distance of looks within one thing
 LEAST_SPACING = 1e-5  # radii of the scene: where most lie in one place
 FLATTEST = 6.0  # logarithm of the usual largest size over any other: thinner is as thin
 
 
 @dataclass(frozen=True, eq=False)
 class Appearance:
-    """Places and looks of n Gaussians.
+    """Positions and looks of n Gaussians.
 
     Attributes:
         means: [n, 3] world units.
         looks: [n, 6] logarithms of the sizes, ascending, and RGB, 0 to 1.
-        normals: [n, 3] the shortest axis, as long as it is flat: 0 for balls and needles, to 1.
-        weights: [n] > 0, how much each counts.
+        normals: [n, 3] shortest axis; its length is the flatness, 0 (balls and needles) to 1.
+        weights: [n] > 0.
         frame: centre and radius of the moment.
         order: [n] rows along a space-filling curve.
     """
@@ -42,7 +42,7 @@ class Appearance:
 
     @classmethod
     def of(cls, matter: Matter) -> "Appearance":
-        """Of some matter; n >= 1."""
+        """The appearance of some matter; n >= 1."""
         lengths = np.linalg.norm(matter.axes, axis=1)
         logs = np.log(np.maximum(lengths, 1e-300))
         logs = np.maximum(logs, np.median(logs[:, 2]) - FLATTEST)
@@ -57,7 +57,7 @@ class Appearance:
         return len(self.means)
 
     def take(self, rows: Rows, means: F64) -> "Appearance":
-        """Some of them, elsewhere."""
+        """Some of the Gaussians, at other positions."""
         return replace(
             self,
             means=means,
@@ -68,7 +68,7 @@ class Appearance:
         )
 
     def joined(self, more: "Appearance") -> "Appearance":
-        """These and others, in this frame."""
+        """These Gaussians and others, in the frame of these."""
         if len(more) == 0:
             return self
         columns: dict[str, Any] = {

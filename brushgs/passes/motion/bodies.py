@@ -14,8 +14,8 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import conjugates, normalized, quat_products, rotation_matrices
 from brushgs.values.sh import C0
 
-MEMBERS_AT_A_TIME = 1 << 16  # some 700 bytes each while a moment is worked on
-GONE = 0.01  # factor on opacity below which a stroke is not there, and where it would be is not asked
+MEMBERS_AT_A_TIME = 1 << 16  # about 700 bytes each while a moment is processed
+GONE = 0.01  # factor on opacity below which a stroke counts as absent, and gets no pose
 GONE_NUMBERS = (*AT_REST[:OPACITY], 0.0, *AT_REST[OPACITY + 1 :])
 
 
@@ -28,7 +28,7 @@ class Bodies:
         rows: [n] rows of the members in the scene, by stroke.
         starts: [k + 1] where the members of each stroke begin, and where the last ends.
         pivots: [k, 3] weighted means of the members.
-        places: [n, 3] of the members from the pivot of theirs.
+        places: [n, 3] offsets of the members from the pivots of their strokes.
         quats: [n, 4] of the members, of length 1.
         variances: [n] of their balls, a third of the trace of their covariance.
         areas: [n] their projected areas, see `merge_clusters`.

@@ -15,11 +15,11 @@ from brushgs.values.arrays import F32, F64, Array, Mask, Rows
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 
-MOST_LOOKS = 12  # moments at which positions are looked at, for the features
+MOST_LOOKS = 12  # moments at which positions are sampled for the features
 MOST_SCANNED = 48  # and opacities, for the reference moments: what is there for 1/48 of a clip is not missed
 REFERENCE_SHARE = 0.5  # of its largest opacity: a row is well visible
 VISIBLE_SHARE = 0.1  # a row is visible: below it a formula says little of where the row is
-NEVER_SEEN = 1 / 255  # opacity that no renderer draws
+NEVER_SEEN = 1 / 255  # opacity below which no renderer draws
 MOST_FEATURES = 7  # with the nine of a scene that rests, what the core has room for
 # Distances in the space of features, in radii of the scene: two Gaussians whose distance changes by a radius
 # (root mean square over the clip), and two of which one is there when the other is not. Measured on
@@ -122,7 +122,7 @@ def _places(found: Canonical, gaussians: Gaussians) -> Rows:
 
 
 def _evenly(num: int, most: int) -> Rows:
-    """At most so many indices below `num`, the first and the last among them, evenly spaced."""
+    """Evenly spaced indices below `num`, limited in number, with the first and the last among them."""
     count = min(num, most)
     return np.unique(np.rint(np.linspace(0, num - 1, count)).astype(np.intp))
 
@@ -174,7 +174,7 @@ def _features(places: F32, shares: F32, lengths: F64, weights: F32) -> F32:
 
 
 def _points(places: F32, shares: F32, lengths: F64) -> F64:
-    """What tells rows apart, before it is reduced: points [n, 4 L]."""
+    """The features before their reduction, points [n, 4 L]."""
     num_looks, num = shares.shape
     away = places * lengths
     # No further than a radius: a row that flies to infinity must not take all components for itself.

@@ -51,7 +51,7 @@ MOST_ROUNDS = 20  # of merging, and of cutting: each changes up to a third of th
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """Gaussians of two consecutive moments that are taken for one.
+    """Pairs of Gaussians of two consecutive moments that are taken for the same.
 
     Attributes:
         before: [p] rows of the moment before.
@@ -99,7 +99,7 @@ class Carrier(Members):
         frame: SceneFrame,
         target: int | None = None,
     ) -> "Carrier":
-        """From the strokes of the first moment.
+        """Start from the strokes of the first moment.
 
         Args:
             matter: of the first moment.
@@ -417,7 +417,7 @@ class Carrier(Members):
             self.halve(chosen, stayed)
 
     def _is_shown(self) -> Mask:
-        """[m] the painted strokes that have matter."""
+        """[m] whether strokes are painted and have matter."""
         return self.is_painted & (self.masses() > ALIVE * self.strokes.masses) & (self.strokes.lost < np.inf)
 
     def _num_painted(self) -> int:
@@ -430,7 +430,7 @@ def _sizes_of(matter: Matter) -> F64:
 
 
 def _first_of(values: Rows) -> Mask:
-    """Whether each value is the first of those that are equal."""
+    """Whether each value is the first of its equals."""
     is_first = np.zeros(len(values), bool)
     is_first[np.unique(values, return_index=True)[1]] = True
     return is_first

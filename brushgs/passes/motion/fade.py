@@ -4,7 +4,7 @@ import numpy as np
 
 from brushgs.values.arrays import F32, F64
 
-FADE = 0.25  # seconds in which a stroke comes or goes
+FADE = 0.25  # seconds in which a stroke appears or disappears
 
 
 def faded(opacities: F32, times: F64, fade: float = FADE) -> F32:

@@ -17,7 +17,7 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 
 LEAST_FOUND = 0.95  # share of rows from moment to moment; where fewer are found again, rows are others
-FEW = 0.004  # share of rows that may be any others
+FEW = 0.004  # share of rows that may be matched arbitrarily
 ALIKE = 0.3  # by how much less they differ in looks than others would: else they are not the same
 NUM_ROUNDS = 30  # in which rows that were not found take what is left
 
@@ -29,7 +29,7 @@ class Found:
     Attributes:
         scene: the clip with rows that correspond; None where they could not be found in each moment.
         shares: [s] of rows that were found in each step that was looked at, 0 to 1.
-        why: of a scene of None, why it is none, as a clause.
+        why: the reason if `scene` is None, as a clause.
     """
 
     scene: MovingScene | None
@@ -130,7 +130,7 @@ class FoundRows:
     _kept: dict[int, Gaussians] = field(default_factory=dict, repr=False)
 
     def sample(self, time: float) -> Gaussians:
-        """The Gaussians of a time, in seconds."""
+        """The Gaussians at a time, in seconds."""
         position = float(np.interp(time, self.moments, np.arange(len(self.moments))))
         before = int(position)
         if position == before:
@@ -145,5 +145,5 @@ class FoundRows:
         return self._kept[index]
 
     def __getstate__(self) -> dict[str, Any]:
-        """For pickle, since scenes cross processes: without what is in memory."""
+        """State for pickle, since scenes cross processes: without the moments in memory."""
         return vars(self) | {"_kept": {}}

@@ -105,15 +105,15 @@ def follow_frames(
 
 @dataclass(frozen=True, eq=False)
 class Moment:
-    """The strokes at one moment, all m that ever were.
+    """All m strokes so far, at one moment.
 
     Attributes:
         at: its number.
         gaussians: of it, n.
         labels: [n] the number of the stroke of each, or `NOBODY`.
-        masses: [m] what each stroke paints.
+        masses: [m] painted area of each stroke.
         rows: [m, 12] see `Poses.rows`.
-        origins: [m, 3] where each was born.
+        origins: [m, 3] pivot of each at birth.
         shares: of the Gaussians of each step so far, those that were there the moment before.
     """
 

@@ -26,7 +26,7 @@ TURN_STEP = 15.0  # degrees, of the turns that are tried
 NUM_TRIED, NUM_TARGETS = 600, 3600  # Gaussians that are turned, and among which the nearest are looked for
 LOOKS_WEIGHT = 0.125  # of looks, to a radius of the scene
 NUM_REFINED, NUM_ROUNDS = 3, 12  # of the best turns, and rounds of closest points (ICP)
-TRIMMED = 0.8  # share of the Gaussians, the nearest, that decide
+TRIMMED = 0.8  # share of the Gaussians that decide: the nearest
 
 
 Motion = tuple[F64, F64]  # a matrix [3, 3] and a shift [3]: y = A x + t, world units
@@ -90,7 +90,7 @@ def turns_tried(before: Appearance, after: Appearance, rng: np.random.Generator)
     targets = np.concatenate([y, LOOKS_WEIGHT * after.looks[others]], axis=1)
 
     def away(motion: Motion) -> tuple[float, F64, F64]:
-        """How far all are from what is nearest to them, where that is, and the weights of these pairs."""
+        """Distances of all Gaussians to their nearest, the positions of these, and weights of the pairs."""
         moved = _moved(motion, x)
         distances, rows = among(np.concatenate([moved, looks], axis=1, dtype=np.float32), targets)
         last = np.quantile(distances, TRIMMED)
@@ -156,7 +156,7 @@ def _normalized(moment: Appearance, means: F64) -> F64:
 
 
 def _in_world(motion: Motion, before: Appearance, after: Appearance) -> Motion:
-    """A motion of normalised places as one of world units."""
+    """A motion of normalised positions, converted to world units."""
     (center, radius), (new_center, new_radius) = before.frame, after.frame
     matrix = motion[0] * (new_radius / radius)
     return matrix, new_center + new_radius * motion[1] - matrix @ center

@@ -1,4 +1,4 @@
-"""What is known at some moments only: which of them lie nearest to each other moment."""
+"""Values known at some moments only: the nearest known moment to each moment."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from brushgs.values.arrays import F64, Mask, Rows
 
 
 def known_around(is_known: Mask) -> tuple[Rows, Rows]:
-    """The moments around each at which columns are known, itself where it is.
+    """The known moments before and after each moment; the moment itself where it is known.
 
     Args:
         is_known: [T, m] whether a column is known at a moment.
@@ -22,10 +22,10 @@ def known_around(is_known: Mask) -> tuple[Rows, Rows]:
 
 
 def nearest_known(is_known: Mask, times: F64) -> Rows:
-    """[T, m] the moment nearest in time at which a column is known, of two equally near the earlier.
+    """[T, m] the known moment nearest in time; of two equally near ones the earlier.
 
     Args:
-        is_known: [T, m] see `known_around`; what is never known gets -1.
+        is_known: [T, m] see `known_around`; columns that are never known get -1.
         times: [T] ascending.
     """
     before, after = known_around(is_known)

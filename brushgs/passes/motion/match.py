@@ -22,7 +22,7 @@ from brushgs.values.arrays import F64, Mask, Rows
 
 NUM_NODES = 300
 ROWS_A_NODE = 30  # at least
-NUM_BLENDED, NUM_FITTED, NUM_SMOOTHED = 4, 3, 9  # nodes that move a point; that a pair tells; around each
+NUM_BLENDED, NUM_FITTED, NUM_SMOOTHED = 4, 3, 9  # nodes that move a point; that a pair informs; around each
 NUM_SAMPLED, NUM_JUDGED = 5000, 1500  # Gaussians that tell the field, and that judge guesses
 COLOR_APART, MOTION_APART = 0.2, 4.0  # nodes are near in place, colour and last motion: weights, in radii
 # Lengths in spacings. Guesses are compared at a coarse unit; rounds go from a reach to `LEAST_REACH`.
@@ -43,13 +43,13 @@ NUM_SPREADS, NUM_SPREADING = 4, 6  # rounds in which pairs spread to what is lef
 
 @dataclass(frozen=True, eq=False)
 class Match:
-    """How the Gaussians of two moments go together.
+    """Correspondence of the Gaussians of two moments.
 
     Attributes:
-        places: [n, 3] where those before would be now, world units.
+        places: [n, 3] predicted positions now of the Gaussians before, world units.
         was: [m] of each Gaussian now the row before that is most like it.
         is_same: [m] whether the two are taken for one: each is most like the other, and near.
-        steps: [m, 3] how each Gaussian now has moved, world units.
+        steps: [m, 3] displacement of each Gaussian now, world units.
         motion: of most of the scene; None where too few are the same.
     """
 
@@ -61,7 +61,7 @@ class Match:
 
     @property
     def share(self) -> float:
-        """Of the Gaussians now, those that are found."""
+        """Share of the Gaussians now that are found."""
         return float(self.is_same.mean()) if len(self.is_same) else 0.0
 
 
@@ -96,14 +96,14 @@ def match(before: Appearance, after: Appearance, last: Match | None = None) -> M
 
 @dataclass(frozen=True, eq=False)
 class _Flow:
-    """Where the Gaussians of a moment went: affine maps of K nodes, blended.
+    """Motion of the Gaussians of a moment: blended affine maps of K nodes.
 
     Attributes:
         before: the moment, n Gaussians.
-        around: [n, 4] the nodes that move each, the nearest first.
-        shares: [n, 4] and how much.
+        around: [n, 4] the nodes that move each Gaussian, nearest first.
+        shares: [n, 4] their weights.
         centers: [K, 3] of the nodes, world units.
-        neighbours: [K, 9] of each node those that are nearest, itself first.
+        neighbours: [K, 9] the nearest nodes of each node, itself first.
         matrices: [K, 3, 3] and
         shifts: [K, 3] world units.
     """
@@ -117,7 +117,7 @@ class _Flow:
     shifts: F64
 
     def places(self, rows: Rows | slice = slice(None)) -> F64:
-        """Where some are at the later moment, [q, 3]."""
+        """Positions of some Gaussians at the later moment, [q, 3]."""
         around, means = self.around[rows], self.before.means[rows]
         moved = np.einsum("nkij,nj->nki", self.matrices[around], means) + self.shifts[around]
         return np.asarray(np.einsum("nk,nki->ni", self.shares[rows], moved))
@@ -155,7 +155,7 @@ class _Flow:
         return replace(self, matrices=matrices, shifts=shifts)
 
     def smoothed(self) -> "_Flow":
-        """Of each node the median of what it and its neighbours say of it."""
+        """The flow with each node at the median of the motions that it and its neighbours predict for it."""
         moved = np.einsum("nkij,nj->nki", self.matrices[self.neighbours], self.centers)
         middle = np.median(moved + self.shifts[self.neighbours], axis=1)
         matrices = np.median(self.matrices[self.neighbours], axis=1)
@@ -193,7 +193,7 @@ def _first_flow(
     of_judge = around[judges, 0]
 
     def away(maps: tuple[F64, F64]) -> F64:
-        """[q] how far the judges are from what is most like them."""
+        """[q] distance of each judge to the Gaussian most like it."""
         moved = np.einsum("nij,nj->ni", maps[0][of_judge], before.means[judges]) + maps[1][of_judge]
         keys = after.keys(after.places(moved), before.looks[judges], COARSE)
         return np.minimum(among(keys, targets)[0], FAR)
@@ -237,7 +237,7 @@ def _fitted(flow: _Flow, after: Appearance, sample: Rows) -> _Flow:
 
 
 def _agreement(away: F64) -> F64:
-    """Weights of pairs by how far they are from where they are expected, in spacings."""
+    """Weights of pairs by their distances from the expected positions, in spacings."""
     return np.asarray(1 / (1 + (away / max(0.1, float(np.median(away)))) ** 2) ** 2)
 
 

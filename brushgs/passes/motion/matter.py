@@ -1,4 +1,4 @@
-"""Gaussians of one moment, as following them over a clip needs them."""
+"""Gaussians of one moment, in the form needed to follow them over a clip."""
 
 from dataclasses import dataclass
 
@@ -16,16 +16,16 @@ from brushgs.values.sh import base_colors
 
 @dataclass(frozen=True, eq=False)
 class Matter:
-    """What n Gaussians of one moment paint, and where.
+    """Paint and positions of n Gaussians of one moment.
 
     Attributes:
         points: [n, 9] see `cluster_features`, in the frame of the clip.
         means: [n, 3] world units.
-        axes: [n, 3, 3] columns: the own axes, as long as the standard deviations, the shortest first.
+        axes: [n, 3, 3] axes as columns, scaled by the standard deviations, shortest first.
         spreads: [n] sum of the variances along the three axes, world units squared.
-        masses: [n] opacity x mean area as it is seen, world units squared: what they paint.
+        masses: [n] painted area: opacity x mean visible area, world units squared.
         colors: [n, 3] RGB, 0 to 1.
-        order: [n] rows along a curve on which neighbours in space are neighbours.
+        order: [n] rows along a space-filling curve.
     """
 
     points: F32
@@ -68,7 +68,7 @@ class Matter:
         if more is not None:
             points = np.concatenate([points, more[order]], axis=1, dtype=np.float32)
         distances, rows = np.zeros(len(self)), np.zeros(len(self), np.intp)
-        # In order: what is read for one is at hand for the next, 4 times as fast as shuffled rows.
+        # In order along the curve, neighbours are in the cache: 4 times as fast as shuffled rows.
         distances[order], rows[order] = assign(points, centers)
         return distances, rows
 

@@ -1,4 +1,4 @@
-"""The strokes of a clip, and which Gaussians of the present moment are members of each."""
+"""The strokes of a clip, and the members of each among the Gaussians of the current moment."""
 
 from dataclasses import dataclass, field
 
@@ -9,21 +9,21 @@ from brushgs.passes.reduce.split import cut
 from brushgs.values.arrays import F64, Mask, Rows
 
 NOBODY = -1  # the label of what is unpainted
-STRAY = 2.0  # radii; so far from the centre a Gaussian has half its weight
+STRAY = 2.0  # radii: distance from the centre at which a Gaussian has half its weight
 LEAST_RADIUS = 0.25  # of the usual one
 MASS_POWER = 0.375  # of masses as weights of centres, see `cluster.cluster_weights`
 
 
 @dataclass(eq=False)
 class Strokes:
-    """The strokes that ever were, by number; columns grow.
+    """All strokes so far, by number; columns grow.
 
     Attributes:
         centers: [m, 9] in the space of `Matter.points`.
         radii: [m] > 0, the root of the mean squared distance of members to it; slowly adapting, as `masses`.
-        masses: [m] what they usually paint.
+        masses: [m] their usual painted area.
         lost: [m] seconds since they had matter, 0 while they live; infinite for the dead.
-        drifts: [m, 3] how fast their members move, in the space of `Matter.points`, a second.
+        drifts: [m, 3] velocity of their members, in the space of `Matter.points`, per second.
     """
 
     centers: F64
@@ -37,16 +37,16 @@ class Strokes:
 
     @property
     def open(self) -> Rows:
-        """Those that can have matter."""
+        """Strokes that can have matter."""
         return np.flatnonzero(self.lost < np.inf)
 
     @property
     def alive(self) -> Mask:
-        """[m] those that have matter."""
+        """[m] whether strokes have matter."""
         return np.asarray(self.lost == 0)
 
     def add(self, centers: F64, radii: F64, masses: F64, drifts: F64) -> Rows:
-        """Strokes are born; their numbers."""
+        """Add strokes, and return their numbers."""
         first = len(self)
         self.centers = np.concatenate([self.centers, centers])
         self.radii = np.concatenate([self.radii, radii])
@@ -58,10 +58,10 @@ class Strokes:
 
 @dataclass(eq=False)
 class Members:
-    """Strokes, and what they paint of a moment.
+    """Strokes, and their members at a moment.
 
     Attributes:
-        strokes: all that ever were.
+        strokes: all so far.
         matter: of the moment, or of the last that had any.
         labels: [n] the stroke of each Gaussian of it, or `NOBODY`.
         is_painted: [m] whether a stroke counts among those that are asked for.
@@ -95,12 +95,12 @@ class Members:
         return np.sqrt(means_by_label(some, weights, squares, len(self.strokes))[:, 0])
 
     def masses(self) -> F64:
-        """[m] what each stroke paints at this moment."""
+        """[m] painted area of each stroke at this moment."""
         rows = np.flatnonzero(self.labels >= 0)
         return sums_by_label(self.labels[rows], self.matter.masses[rows], len(self.strokes))
 
     def counts(self) -> Rows:
-        """[m] members."""
+        """[m] number of members."""
         return np.bincount(self.labels[self.labels >= 0], minlength=len(self.strokes))
 
     def usual_radius(self) -> float:
@@ -111,7 +111,7 @@ class Members:
         return 1 / 40
 
     def fit(self, numbers: Rows) -> None:
-        """Strokes that were just made have the radii of their members."""
+        """Set the radii of new strokes to those of their members."""
         least = LEAST_RADIUS * self.usual_radius()
         self.strokes.radii[numbers] = np.maximum(self.radii()[numbers], least)
 
@@ -126,13 +126,13 @@ class Members:
         strokes.masses = strokes.masses + share * np.where(alive, masses - strokes.masses, 0.0)
 
     def add(self, centers: F64, radii: F64, masses: F64, drifts: F64) -> Rows:
-        """Strokes are born, and painted; their numbers."""
+        """Add painted strokes, and return their numbers."""
         numbers = self.strokes.add(centers, radii, masses, drifts)
         self.is_painted = np.append(self.is_painted, np.ones(len(numbers), bool))
         return numbers
 
     def neighbours(self, some: Mask) -> tuple[Rows, Rows, F64]:
-        """Strokes, of each the nearest other one, and its distance."""
+        """Strokes, the nearest other one of each, and its distance."""
         from brushgs.passes.neighbours import nearest
 
         living, centers = np.flatnonzero(some), self.strokes.centers

@@ -25,12 +25,12 @@ DRAWN_TURN, DEAD_TURN, QUIET_TURN = 1.0, 0.1, 0.15
 QUIET_GROWTH = 0.5  # the same of growth, of its logarithm a second: what grows so slowly is drawn along
 NUM_AROUND = 8
 KEPT = 0.1  # the weight of the turn that steps add up to
-STRAY = 1.5  # sizes; a member so far away has half its weight
+STRAY = 1.5  # sizes: distance at which a member has half its weight
 
 
 @dataclass(eq=False)
 class Poses:
-    """Where m strokes are; columns grow.
+    """Poses of m strokes; columns grow.
 
     Attributes:
         origins: [m, 3] pivots at the moments they were born, world units.
@@ -73,7 +73,7 @@ class Poses:
         self._look_around(first, np.bincount(labels[labels >= 0], minlength=num) > 0)
 
     def _look_around(self, first: int, is_there: Mask) -> None:
-        """Remember where the neighbours of the strokes from `first` on are."""
+        """Store the offsets to the neighbours of the strokes from `first` on."""
         from brushgs.passes.neighbours import nearest
 
         numbers = np.arange(first, len(self.pivots))
@@ -87,10 +87,10 @@ class Poses:
         self.offsets = np.concatenate([self.offsets, self.pivots[others] - self.pivots[numbers, None]])
 
     def move(self, step: Step, matter: Matter, labels: Rows, usual: F64, seconds: float, kept: float) -> None:
-        """Go one step, and a little of the way to what the members say.
+        """Advance by one step, corrected a little toward the members.
 
         Args:
-            step: how strokes move.
+            step: motion of the strokes.
             matter: of the moment.
             labels: [n] the stroke of each Gaussian.
             usual: [m] masses that strokes have at most times: a few members say little of a stroke.
@@ -182,7 +182,7 @@ class Film:
         self._file.close()
 
     def add(self, rows: F32) -> None:
-        """The next moment."""
+        """Append the next moment."""
         self._file.write(rows.tobytes())
         self._counts.append(len(rows))
 

@@ -17,13 +17,13 @@ UNRELATED = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Recognized:
-    """What the m Gaussians of a moment were.
+    """Correspondence of the m Gaussians of a moment with those known before.
 
     Attributes:
         was: [m] of each the row before that is most like it: of the n known ones, first those of the last
             moment, then those that it missed.
         is_same: [m] whether it is that Gaussian.
-        places: [n, 3] where the known ones would be now, world units.
+        places: [n, 3] predicted positions of the known ones now, world units.
         share: of the Gaussians, those that are found.
         is_other: whether the moment shows different things from the last; then none is the same.
         missed: rows of the known ones that are missed from now on, in this order.
@@ -52,11 +52,11 @@ class Recognizer:
 
     def __init__(self, first: Matter) -> None:
         self._known = Appearance.of(first)
-        self._since = np.zeros(len(first))  # seconds that each has been missing
+        self._since = np.zeros(len(first))  # seconds for which each has been missing
         self._last: Match | None = None
 
     def step(self, matter: Matter, seconds: float) -> Recognized:
-        """The next moment, so many seconds later; it must hold a Gaussian, and so must the one before."""
+        """Match the next moment, `seconds` later; it and the one before must have Gaussians."""
         now = Appearance.of(matter)
         found = match(self._known, now, self._last)
         since = self._since + seconds

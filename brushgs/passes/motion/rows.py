@@ -103,7 +103,7 @@ def _finish(table: F32, times: F64, strokes: Gaussians) -> Mask:
 
 
 def blocks(table: F32) -> Iterator[slice]:
-    """The strokes of a table, as many at a time as memory holds."""
+    """The strokes of a table, in blocks that fit in memory."""
     num_times, num_strokes, width = table.shape
     at_a_time = max(1, NUMBERS_AT_A_TIME // (num_times * width))
     for first in range(0, num_strokes, at_a_time):
@@ -147,7 +147,7 @@ def align_signs(table: F32) -> None:
 def _moves(table: F32, scales: Array) -> Mask:
     """[m] whether strokes move anywhere in a table [T, m, 12]."""
     ascending = np.sort(scales.astype(np.float64), axis=1)
-    turn = 2 * np.linalg.norm(table[..., TURN][..., 1:], axis=2)  # chord of a turn, in radii
+    turn = 2 * np.linalg.norm(table[..., TURN][..., 1:], axis=2)  # chord of a rotation, in radii
     shift = np.linalg.norm(table[..., SHIFT], axis=2) + turn * ascending[:, 2]
     rest = np.array(AT_REST, np.float32)
     changes = np.abs(table - rest)

@@ -1,4 +1,4 @@
-"""Numbers over time -> the same without trembling: a mean over neighbouring moments that are alike."""
+"""Values over time -> the same without jitter: a mean over neighbouring moments with similar values."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from brushgs.values.arrays import F32, F64, Mask
 
 WINDOW = 3  # moments to either side
 SECONDS = 0.1  # and no farther in time
-TREMBLING = 3.0  # of the noise of a value, the tolerance
+TREMBLING = 3.0  # factor of the noise of a value that gives the tolerance
 MOST_TREMBLING = 4.0  # times the noise that is expected: what differs more moves, in curves and at any pace
 
 

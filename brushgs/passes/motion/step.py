@@ -18,17 +18,17 @@ from brushgs.values.quats import rotation_matrices, turn_forms
 NUM_NEIGHBOURS = 8
 NUM_ROUNDS = 3  # of weighing pairs and neighbours by how well they agree
 STRAY = 0.5  # of the size of a stroke: pairs that move so much otherwise than the others count half
-APART = 0.1  # the same of neighbours, of their distance
-PRIOR = 0.02  # weight of no turn at all, where neither members nor neighbours tell
+APART = 0.1  # the same for neighbours, as a share of their distance
+PRIOR = 0.02  # weight of no rotation, which decides if members and neighbours give no evidence
 MOST_GROWTH = 0.4  # of the logarithm of the size in a step: more is other members, not growth
 
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """How m strokes moved from one moment to the next.
+    """Motion of m strokes from one moment to the next.
 
     Attributes:
-        pivots: [m, 3] where the pivots are now, world units.
+        pivots: [m, 3] positions of the pivots now, world units.
         turns: [m, 4] quaternions.
         growths: [m] logarithms of the factors of size.
         colors: [m, 3] changes of colour.
@@ -149,7 +149,7 @@ def _turns(x: F64, y: F64, covars: F64, sizes: F64) -> F64:
         forms = np.einsum("kn,knij->kij", weights, around) + prior
         traces = np.maximum(np.abs(forms).max(axis=(1, 2)), 1e-300)
         forms = turn_forms(forms / traces[:, None, None])
-        forms[:, 0, 0] += 1e-9  # no turn, where nothing tells
+        forms[:, 0, 0] += 1e-9  # no rotation without evidence
         turns = np.linalg.eigh(forms)[1][:, :, -1]
         expected = np.einsum("kij,knj->kni", rotation_matrices(turns), to_x)
     turns[turns[:, 0] < 0] *= -1
