@@ -1,4 +1,4 @@
-"""What a paint-over changes in the strokes of the scene: some are cut, some are turned."""
+"""Changes by a paint-over to the strokes of the scene: some are cut, some are turned."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ TOLERANCE = 2.0  # of the thickness of what is erased, by which paint before a d
 
 
 def cut_of(strokes: Gaussians, erased: Erased) -> Cut | None:
-    """What is erased of strokes; None where none of them lies on the erased surface.
+    """The erased part of strokes; None if none of them lies on the erased surface.
 
     A stroke lies on it if its middle is no further above or below a disc than the radius and its own size.
 

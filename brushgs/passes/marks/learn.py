@@ -50,7 +50,7 @@ EDGE_ON = 0.1  # weight of a direction within a plane below which it stands on t
 RIDGES = (0.01, 0.1, 1.0, 10.0)
 MOST_ROWS = 1000  # painted strokes that are learnt from
 PAINT = 0.5  # alpha from which a texel counts in the extent of a mark
-FAINT = 0.02  # share of paint on a stroke below which it counts as bare
+FAINT = 0.02  # share of paint below which a stroke counts as bare
 SMALLEST, LARGEST = np.log(0.7), np.log(2.0)  # changes of sizes: strokes go on covering the scene
 SIZES = 0.3  # a log size counts like so much of a direction
 ELONGATED = 0.05  # least weight with which a mark says a direction and a size
@@ -58,7 +58,7 @@ ELONGATED = 0.05  # least weight with which a mark says a direction and a size
 
 @dataclass(frozen=True, eq=False)
 class Covered:
-    """What marks do to n strokes that they cover.
+    """Changes by marks to n strokes that they cover.
 
     Attributes:
         rows: [n] of the strokes.
@@ -143,7 +143,7 @@ def _below(marks: Marks, mark: int, means: F64, widths: F64, tree: cKDTree) -> t
 
 @dataclass(frozen=True, eq=False)
 class Continuation:
-    """What was learnt from n painted strokes.
+    """Changes learnt from n painted strokes.
 
     Attributes:
         first_view: of the scene: features depend on how it stands.
@@ -164,7 +164,7 @@ class Continuation:
     in_space: bool
 
     def __call__(self, strokes: Gaussians) -> tuple[Gaussians, int]:
-        """Strokes, painted as far as they are like painted ones, and how many changed."""
+        """Strokes, painted as far as they are like painted ones, and the number of changed ones."""
         found = np.zeros((len(strokes), 6))  # steps of colours, of the log size, and a pair, times likeness
         places, planes = _places(strokes, self.first_view), _planes(strokes, self.first_view)
         for first in range(0, len(strokes), ROWS_AT_A_TIME):
@@ -212,14 +212,14 @@ class Continuation:
         return np.asarray(painted / np.maximum(total, painted + 1e-12))
 
     def _likeness(self, places: F64) -> F64:
-        """[m] 0 to 1, how much strokes are like painted ones."""
+        """[m] similarity of strokes to painted ones, 0 to 1."""
         share = self._shares(places) / self.usual
         reached = 1 - smoothstep((self._away(places, 0) / self.reach - 1) / (FAR - 1))
         return np.asarray(reached * smoothstep((share - UNLIKE) / (LIKE - UNLIKE)))
 
 
 def learn(strokes: Gaussians, marks: Marks, first_view: FirstView) -> Continuation | None:
-    """Learn what marks change in strokes; None where they cover none.
+    """Learn the changes by marks to strokes; None if they cover none.
 
     Args:
         strokes: of the scene, without the marks.

@@ -1,4 +1,4 @@
-"""What is painted over one moment of a moving scene, at another: it moves with the Gaussians around it."""
+"""Move paint over one moment of a moving scene to another moment, with the Gaussians around it."""
 
 from dataclasses import replace
 from typing import Any, TypeVar
@@ -19,7 +19,7 @@ P = TypeVar("P", bound=Patches)
 
 
 def carried(overpaint: Overpaint, before: Gaussians, after: Gaussians) -> Overpaint:
-    """What is painted over one moment, at another one.
+    """Move the paint over one moment to another.
 
     Each mark and patch takes the rigid motion that best fits that of the visible Gaussians nearest to it.
 

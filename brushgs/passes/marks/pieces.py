@@ -46,7 +46,7 @@ class Pieces:
 
     @cached_property
     def _places(self) -> list[tuple[Rows, Rows]]:
-        """Of each piece the pixels, and their places in the rows of `piece`."""
+        """The pixels of each piece, and their positions in the rows of `piece`."""
         pixel, slot = np.nonzero(self.shares)
         piece = self.piece[pixel, slot]
         order = np.argsort(piece, kind="stable")

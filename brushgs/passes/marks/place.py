@@ -46,7 +46,7 @@ FAR = 3.0  # times the median distance from a plane, beyond which a point does n
 
 @dataclass(frozen=True, eq=False)
 class Below:
-    """What is painted over, in one view.
+    """The surface that is painted over, in one view.
 
     Attributes:
         camera: the view.
@@ -98,13 +98,13 @@ class Below:
 
 
 def _from_nearest(values: F64, is_known: Mask) -> F64:
-    """Values [H, W], where they are not known those of the nearest pixel that is."""
+    """Values [H, W]; unknown ones are those of the nearest known pixel."""
     nearest = distance_transform_edt(~is_known, return_distances=False, return_indices=True)
     return np.asarray(values[tuple(nearest)])
 
 
 def marks_of_paint(paint: Array, below: Below) -> Marks | None:
-    """The marks of what is painted over a picture; None if there is no paint.
+    """The marks of the paint over a picture; None if there is no paint.
 
     Args:
         paint: [H, W, 4] red, green, blue and straight alpha, 0 to 1, display-encoded, in the size of the

@@ -15,7 +15,7 @@ from brushgs.values.arrays import F32, F64, Array, Mask, Rows
 
 NUM_SPACED = 2000  # Gaussians from which the spacing is measured
 NUM_COMPARED = 500  # that tell whether all have grown, or are in another light
-UNLIKE = 0.5  # maximum distance of looks within one thing
+UNLIKE = 0.5  # clip of distances of looks: anything farther is another thing
 LEAST_SPACING = 1e-5  # radii of the scene: where most lie in one place
 FLATTEST = 6.0  # logarithm of the usual largest size over any other: thinner is as thin
 

@@ -22,27 +22,27 @@ from brushgs.passes.reduce.features import SceneFrame, contracted
 from brushgs.passes.reduce.lloyd import assign, start
 from brushgs.values.arrays import F64, Mask, Rows
 
-NUM_STEPS = 2  # of Lloyd in each moment
+NUM_STEPS = 2  # iterations of Lloyd per moment
 # Lengths are in radii of strokes: the root of the mean squared distance of members to their centre.
-NEAR = 2.0  # a Gaussian farther from all that was there a moment ago is new
-WITHIN = 1.0  # so near to the centre of its stroke no Gaussian leaves it
-MARGIN = 0.7  # it leaves where another centre is nearer by this factor
+NEAR = 2.0  # a Gaussian farther from all Gaussians of the moment before is new
+WITHIN = 1.0  # a Gaussian nearer than this to the centre of its stroke never leaves it
+MARGIN = 0.7  # a Gaussian leaves if another centre is nearer by this factor
 REACH = 2.5  # what is new, or left its stroke, is unpainted if it is farther from all centres
 CLAIM = 1.25  # what is unpainted belongs to a stroke only so near to its centre
-CROWDED = 0.25  # centres so near to each other, in sums of their radii, are one stroke
+CROWDED = 0.25  # strokes with centres nearer than this, in sums of their radii, become one
 # Of a usual stroke of the scene, the median.
-LEAST_BIRTH = 0.25  # mass; less matter bears no stroke
+LEAST_BIRTH = 0.25  # minimum mass for the birth of a stroke
 CUT = 0.05  # of all that is painted: so much that is new at once is no flicker, and is painted at once
 # Of the usual mass of the stroke itself.
 ALIVE = 0.05
 GAIN, SPREAD = 2.5, 1.6  # mass and radius at which a stroke is cut
-ADAPTING = 0.1  # share by which the usual mass and radius of a stroke follow those of a moment
+ADAPTING = 0.1  # share by which the usual mass and radius of a stroke adapt to those of a moment
 TOLERATED = 2.0  # unpainted matter of the first moment may grow by so much: the caller left it out
 HORIZON = 0.1  # seconds: as far as two will be apart then, they are now
 SLEEP = 0.5  # seconds in which a stroke without matter can wake
 COVERED = np.array([0, 1, 2, 6, 7, 8])  # of the features: place and colour
 LEAST_FOUND = 0.2  # of the matter and the members of a stroke: with less it is not carried
-WAITING = 0.1  # seconds between moments up to which what is new must be there twice
+WAITING = 0.1  # maximum seconds between moments at which new matter must be there twice
 MOST_GROWTH = 1.5  # factor of length in a step: more is another thing
 NUM_TASTED = 6  # Gaussians near a stroke that has lost all of its own
 MORE = 0.03  # share of strokes by which their number may be off, before some are merged or cut
@@ -184,7 +184,7 @@ class Carrier(Members):
             seconds: since the last.
 
         Returns:
-            The row that it was, or one past the last where none was near; whether one was; whether that is
+            The row that it was, or one past the last if none was near; whether one was near; whether that is
             the same Gaussian; and how fast it drifts, as fast as its stroke if it was not there.
         """
         num, last = len(matter), self.matter
@@ -222,7 +222,7 @@ class Carrier(Members):
         return np.asarray((kept >= LEAST_FOUND * sums_by_label(self.labels % num, values, num)).all(axis=1))
 
     def _move(self, matter: Matter, was: Rows, now: Rows) -> None:
-        """Bring the strokes to this moment, by what became of the Gaussians that are `now`."""
+        """Move the strokes to this moment, by the motion of the Gaussians that are `now`."""
         from brushgs.passes.neighbours import nearest
 
         strokes, last, num = self.strokes, self.matter, len(self.strokes)
@@ -378,7 +378,7 @@ class Carrier(Members):
         self.fit(self.born)
 
     def _merge(self) -> None:
-        """Strokes that have come to lie in one place are one: the one with less matter dies."""
+        """Merge strokes that have come to lie in one place: the one with less matter dies."""
         living, other, apart = self.neighbours(self.strokes.alive)
         radii = self.strokes.radii
         crowded = apart < CROWDED * (radii[living] + radii[other]) / 2
@@ -425,7 +425,7 @@ class Carrier(Members):
 
 
 def _sizes_of(matter: Matter) -> F64:
-    """[n] sizes in the space of `Matter.points`, by which it is less certain where a large one lies."""
+    """[n] sizes in the space of `Matter.points`: the uncertainty of the position of large Gaussians."""
     return np.asarray(np.linalg.norm(matter.points[:, 3:6], axis=1), np.float64)
 
 

@@ -1,6 +1,6 @@
-"""Moments whose rows do not correspond -> where their Gaussians were earlier: a motion that is estimated.
+"""Moments whose rows do not correspond -> estimated positions of their Gaussians at earlier moments.
 
-What was found in the moment before was where it was there; anything else was beside what is most like it.
+A Gaussian found in the moment before was at its position there; any other was beside the one most like it.
 """
 
 from dataclasses import dataclass, field, replace
@@ -20,9 +20,9 @@ class _Step:
     """From one moment to the next.
 
     Attributes:
-        ahead: [n, 3] how far those of the moment go, world units.
-        was: [m] of each of the next the row of the moment that it was, or is beside.
-        beside: [m, 3] how far beside.
+        ahead: [n, 3] displacements of the Gaussians of the moment, world units.
+        was: [m] for each Gaussian of the next moment the row that it was, or is beside.
+        beside: [m, 3] offset from the position of that row at the next moment; 0 if it is the same Gaussian.
     """
 
     ahead: F32
@@ -47,21 +47,21 @@ class EstimatedMotion:
     _last: tuple[int, Appearance, Match] | None = field(default=None, repr=False)
 
     def at(self, time: float) -> Gaussians:
-        """The Gaussians of the last moment until a time, in seconds, moved toward the next."""
+        """The Gaussians of the last moment up to a time in seconds, moved toward the next moment."""
         moment, share = self._place(time)
         gaussians = self._moment(moment)
         means = gaussians.means + self._ahead(moment, share)
         return replace(gaussians, means=means.astype(gaussians.means.dtype))
 
     def means_at(self, then: float, now: float) -> F64:
-        """Where the Gaussians that `at` gives of a time were at an earlier one, [n, 3] world units."""
+        """Positions at an earlier time of the Gaussians that `at` returns for a time, [n, 3] world units."""
         first, share = self._place(then)
         moment = self._place(now)[0]
         rows = np.arange(len(self._moment(moment)))
         beside = np.zeros((len(rows), 3))
         for at in range(moment - 1, first - 1, -1):
             step = self._step(at)
-            if step is None:  # one of the two shows nothing
+            if step is None:  # one of the two has no Gaussians
                 return np.asarray(self.at(now).means, np.float64)
             beside += step.beside[rows]
             rows = step.was[rows]
@@ -81,7 +81,7 @@ class EstimatedMotion:
         return 0.0 if step is None else (share * step.ahead).astype(np.float32)
 
     def _step(self, moment: int) -> _Step | None:
-        """From a moment to the next; None where one of the two has no Gaussians."""
+        """The step from a moment to the next; None if one of the two has no Gaussians."""
         if moment not in self._steps:
             self._steps[moment] = self._matched(moment)
         return self._steps[moment]

@@ -116,7 +116,7 @@ class Members:
         self.strokes.radii[numbers] = np.maximum(self.radii()[numbers], least)
 
     def remember(self, share: float) -> None:
-        """Let the usual mass and radius of each stroke follow those of this moment by a share."""
+        """Adapt the usual mass and radius of each stroke to those of this moment by a share."""
         strokes, masses, radii = self.strokes, self.masses(), self.radii()
         some = radii[radii > 0]
         least = LEAST_RADIUS * (float(np.median(some)) if len(some) else self.usual_radius())
@@ -144,7 +144,7 @@ class Members:
         return living, other, np.where(is_self, distances[:, 1], distances[:, 0])
 
     def join(self, some: Rows, into: Rows, most: int | None = None) -> None:
-        """Of pairs of strokes those with less matter die, `most` at most, and the others get it."""
+        """Join pairs of strokes, at most `most`: the one with less matter dies, and the other gets it."""
         strokes = self.strokes
         less = strokes.masses[some] < strokes.masses[into]
         less |= (strokes.masses[some] == strokes.masses[into]) & (some > into)

@@ -73,7 +73,7 @@ class Poses:
         self._look_around(first, np.bincount(labels[labels >= 0], minlength=num) > 0)
 
     def _look_around(self, first: int, is_there: Mask) -> None:
-        """Store the offsets to the neighbours of the strokes from `first` on."""
+        """Store the neighbours of the strokes from `first` on, and the offsets to them."""
         from brushgs.passes.neighbours import nearest
 
         numbers = np.arange(first, len(self.pivots))
