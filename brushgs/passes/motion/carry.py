@@ -157,7 +157,7 @@ class Carrier(Members):
         strokes, labels = self.strokes, np.full(len(matter), NOBODY)
         for _ in range(NUM_STEPS if len(strokes.open) else 0):
             labels = self._settled(matter, drifts, own, ~was_unpainted, is_only)
-            # What is new moves no centre yet: at the border of something new a stroke would run into it.
+            # New matter moves no centre yet: at the border of something new a stroke would run into it.
             self.center(matter, np.where(is_only, labels, NOBODY))
         self.matter, self.labels, self.accepted = matter, labels, accepted
         self.is_waiting = was_unpainted

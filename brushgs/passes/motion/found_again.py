@@ -24,7 +24,7 @@ NUM_ROUNDS = 30  # in which rows that were not found take what is left
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """How far the rows of a clip were found again.
+    """The result of finding the rows of a clip again.
 
     Attributes:
         scene: the clip with rows that correspond; None where they could not be found in each moment.

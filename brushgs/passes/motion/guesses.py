@@ -20,9 +20,9 @@ MOST_BODIES = 4
 # In radii of the scene: how exactly pairs agree with a motion, and what is of the same body.
 EXACT, SAME = 0.02, 0.1
 LEAST_AGREEING = 0.03  # share of all pairs
-LEAST_GAIN = 3.0  # so many times as agree where partners are exchanged
+LEAST_GAIN = 3.0  # times the number of pairs that agree when partners are exchanged
 MOST_GROWTH = 2.5  # of a body, from moment to moment
-TURN_STEP = 15.0  # degrees, of the turns that are tried
+TURN_STEP = 15.0  # degrees, of the tried rotations
 NUM_TRIED, NUM_TARGETS = 600, 3600  # Gaussians that are turned, and among which the nearest are looked for
 LOOKS_WEIGHT = 0.125  # of looks, to a radius of the scene
 NUM_REFINED, NUM_ROUNDS = 3, 12  # of the best turns, and rounds of closest points (ICP)

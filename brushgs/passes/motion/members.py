@@ -75,7 +75,7 @@ class Members:
     born: Rows = field(default_factory=lambda: np.arange(0), kw_only=True)
 
     def center(self, matter: Matter, labels: Rows) -> None:
-        """Centres go to the weighted mean of their members, strays less; those without members stay."""
+        """Move centres to the weighted mean of their members, strays counting less; empty strokes stay."""
         rows = np.flatnonzero(labels >= 0)
         some, weights = labels[rows], weights_of(matter.masses)[rows]
         radii = self.strokes.radii[some]

@@ -7,7 +7,7 @@ from brushgs.values.arrays import F32, F64, Mask
 WINDOW = 3  # moments to either side
 SECONDS = 0.1  # and no farther in time
 TREMBLING = 3.0  # factor of the noise of a value that gives the tolerance
-MOST_TREMBLING = 4.0  # times the noise that is expected: what differs more moves, in curves and at any pace
+MOST_TREMBLING = 4.0  # times the expected noise: larger differences are motion, in curves and at any pace
 
 
 def steadied(values: F32, times: F64, tolerances: F64, is_there: Mask, most: float = MOST_TREMBLING) -> F32:
