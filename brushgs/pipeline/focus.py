@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 DARK = 0.02  # luminance up to which a mask is dark
 MOST = 0.95  # share of the Gaussians in focus above which the report says that it hardly matters
-LENS_VIEWS, LENS_SIDE = 8, 240  # most views that show what is in focus, and pixels of their longer side
+LENS_VIEWS, LENS_SIDE = 8, 240  # most views that measure the focus, and pixels of their longer side
 SAME = 1.02  # contrast of factors up to which a focus has no effect
 
 
@@ -116,7 +116,7 @@ def open_lens(
 ) -> "Lens":
     """What is in focus in some views of the job: where strokes are dense, else the subject.
 
-    Without either, as in scenes that are seen from inside, it is what the middle of the pictures shows.
+    Without either, as in scenes seen from inside, the middle of the pictures is in focus.
 
     Args:
         gaussians: N >= 1 Gaussians to make strokes of.

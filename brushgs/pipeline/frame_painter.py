@@ -34,12 +34,12 @@ class FrameView:
     Attributes:
         index: number of the frame on the path, from 0.
         camera: the view.
-        directions: of the strokes of each coat, None for a coat without tracking; of a painting that grows
-            also those of strokes that it paints over.
+        directions: of the strokes of each coat, None for a coat without tracking; of a growing painting also
+            those of strokes that are painted over.
         time: of a painting that grows, 0 to 1.
-        hour: share of a day that has passed, 0 to 1; None where the light stands still.
-        pose: where strokes are that move; None where nothing moves.
-        into: what the frame fades into; None for nothing.
+        hour: share of a day that has passed, 0 to 1; None for a fixed light.
+        pose: the positions of moving strokes; None if nothing moves.
+        into: the content that the frame cross-fades into; None without a fade.
         share: how far it has faded, 0 to 1.
         following: the frame after this one, for the motion of what both show; None where it is not wanted.
         sign: -1 where `following` is the frame before: then paint goes on as it came.
@@ -119,7 +119,7 @@ class FramePainter:
 
     @property
     def _behind(self) -> Background:
-        """The background of what frames hold."""
+        """The background of the frame's pixels."""
         return cut_background(self.background, self.painting.part)
 
     def _by_hand(self, hand: "Hand", view: FrameView, painting: "Painting") -> "Callable[[Coat], Boxes]":
@@ -139,7 +139,7 @@ class FramePainter:
         return boxes
 
     def _directions(self, view: FrameView, coats: "Sequence[Coat]") -> tuple[Directions | None, ...]:
-        """Those of the strokes of these coats of a frame, which may lack coats and strokes of the others."""
+        """The directions in a frame for the strokes of these coats, which may be a subset of all."""
         names = (coat.name for coat in self.painting.coats)
         known = dict(zip(names, view.directions, strict=False))
         found = ((known.get(coat.name), len(coat.strokes)) for coat in coats)

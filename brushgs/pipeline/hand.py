@@ -1,4 +1,4 @@
-"""From the options of a film made by hand to what happens to its boxes, and a note on pictures that flash."""
+"""From the options of a film made by hand to the changes of its boxes, and a warning of flashing pictures."""
 
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -27,11 +27,11 @@ FLASH = 0.1  # relative luminance by which a picture changes and changes back, a
 DARK = 0.8  # below which that counts
 MOST_FLASHES = 3  # a second
 MOST_AREA = 0.25  # of a window of a third of width and height: 10 degrees of a screen at arm's length
-PROBED_SIDE = 160  # pixels of the longer side of the frames that are looked at
+PROBED_SIDE = 160  # pixels, longer side of the checked frames
 
 
 def open_hand(config: PaintConfig, path: "CameraPath", coats: Iterable[Coat]) -> Hand | None:
-    """How a film is made by hand; None where nothing is.
+    """How a film is made by hand; None if it is not.
 
     Args:
         config: of the film.
@@ -64,7 +64,7 @@ def open_hand(config: PaintConfig, path: "CameraPath", coats: Iterable[Coat]) ->
 
 
 def _places(origin: Path | None, coat: Coat, camera: Camera) -> F64 | None:
-    """[N] where the strokes of a coat lie on the way of a wave, 0 to 1."""
+    """[N] positions of the strokes of a coat along a wave, 0 to 1."""
     if origin is None:
         return None
     rows = np.arange(len(coat.strokes), dtype=np.int32)
@@ -84,7 +84,7 @@ def _places(origin: Path | None, coat: Coat, camera: Camera) -> F64 | None:
 
 
 def _on_map(file: Path, at: F64) -> F64:
-    """[N] how light a picture is at places in it, 0 to 1."""
+    """[N] lightness of a picture at positions in it, 0 to 1."""
     from brushgs.formats.pictures.images import read_image
     from brushgs.values.colors import split_alpha
 
@@ -96,11 +96,11 @@ def _on_map(file: Path, at: F64) -> F64:
 
 
 def describe_hand(hand: Hand | None, small: Callable[[int], Iterator[Array]], report: Report) -> None:
-    """Report how a film is made, and warn of one that flashes, see `flashing_area`.
+    """Report how a film is made, and warn if it flashes, see `flashing_area`.
 
     Args:
-        hand: None for a steady film, of which nothing is painted.
-        small: gives frames of it with a longer side of so many pixels, painted as they are asked for.
+        hand: None for a steady film: then no frame is painted.
+        small: gives its frames with a longer side of the given number of pixels, painted on demand.
         report: gets the stage.
     """
     if hand is None:

@@ -60,11 +60,11 @@ _CLASSES = {
 
 
 class Unnamed(Exception):  # noqa: N818  no error: such a value is only not kept
-    """A value that has no digest, or is of a class that is not kept."""
+    """A value without a digest, or of a class that is not kept."""
 
 
 class Origins:
-    """Digests of large values, by the object: what made them, and of what."""
+    """Digests of large values by object: the step that made them, and its inputs."""
 
     def __init__(self) -> None:
         """Nothing is known yet."""
@@ -76,7 +76,7 @@ class Origins:
         return known[1] if known is not None and known[0]() is value else None
 
     def add(self, value: object, digest: str) -> None:
-        """Remember where an object comes from; the first origin counts, of a tuple that of each item."""
+        """Remember the origin of an object, or of each item of a tuple; the first origin counts."""
         if isinstance(value, tuple):
             for index, one in enumerate(value):
                 self.add(one, f"{digest}.{index}")
@@ -168,7 +168,7 @@ def _of_folder(folder: Path) -> bytes:
     """Names, sizes and times of all files in a folder, such as masks or cameras.
 
     Raises:
-        Unnamed: if they are too many, or go while they are counted.
+        Unnamed: if they are too many, or vanish while they are counted.
     """
     found = list(islice((path for path in folder.rglob("*") if path.is_file()), MOST_FILES + 1))
     if len(found) > MOST_FILES:
@@ -203,8 +203,8 @@ class Store:
     """Results as files in a folder.
 
     Attributes:
-        folder: made if it is missing.
-        most: bytes of all results.
+        folder: created if missing.
+        most: maximum total bytes of all results.
     """
 
     def __init__(self, folder: Path, most: int = MOST_BYTES) -> None:
@@ -236,7 +236,7 @@ class Store:
             os.utime(path)
         except FileNotFoundError:
             raise KeyError(name) from None
-        except Exception:  # damaged, or of a foreign hand: whatever it holds, it is made again
+        except Exception:  # damaged or written by another program: made again, whatever it holds
             with suppress(OSError):
                 path.unlink()
             raise KeyError(name) from None
@@ -248,7 +248,7 @@ class Store:
         Args:
             name: a digest of all that it depends on.
             value: the result.
-            seconds: that it took; what takes less than writing it is not kept.
+            seconds: time to make it; a result made faster than it is written is not kept.
             given: origins of the inputs: those that the result returns unchanged are not written.
         """
         arrays: dict[str, np.ndarray[Any, Any]] = {}
@@ -281,7 +281,7 @@ class Store:
                     path.unlink()
 
     def clear(self) -> None:
-        """Remove all results, and what a killed command left."""
+        """Remove all results, and leftovers of killed commands."""
         for path in (*self.folder.glob("*.npz"), *self.folder.glob(".*-*")):
             with suppress(OSError):
                 path.unlink()
@@ -336,7 +336,7 @@ def _decoded(found: Any, known: Mapping[str, Any]) -> Any:
 
 
 class KeptMemory(Memory):
-    """A memory that looks on disk for what is not in another memory.
+    """A memory that searches the disk for results missing from another memory.
 
     Attributes:
         inner: remembers within this process.
@@ -433,7 +433,7 @@ class KeptMemory(Memory):
         return result
 
     def close(self) -> None:
-        """Write what is to be kept of searches."""
+        """Write the kept results of searches."""
         for one in self._waiting.values():
             self.store.save(*one)
         self._waiting.clear()
@@ -441,7 +441,7 @@ class KeptMemory(Memory):
 
 @contextmanager
 def _hearing(report: Report) -> Iterator[tuple[list[dict[str, Any]], list[str], list[str]]]:
-    """The stages, notes and warnings of the block, when it ends; each goes where it went."""
+    """Collect the stages, notes and warnings of the block, and pass them on as usual."""
     num_stages, num_notes = len(report.stages), len(report.notes)
     stages: list[dict[str, Any]] = []
     notes: list[str] = []

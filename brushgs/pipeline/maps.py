@@ -1,6 +1,6 @@
-"""Properties of strokes by their place: of `--map`, `--rules`, `--focus` and what is painted by hand.
+"""Properties of strokes by their place: of `--map`, `--rules`, `--focus` and painted marks.
 
-Each gives factors of the Gaussians that strokes are made of, and of strokes made of these.
+Each gives factors for the source Gaussians, and for the strokes made of them.
 """
 
 from collections.abc import Callable, Sequence
@@ -76,18 +76,18 @@ class Mapped:
 
 @dataclass(frozen=True)
 class OfParts:
-    """The factors of one property in the parts that rules name: exact, since strokes keep the part of theirs.
+    """The factors of one property by part: exact, since strokes keep the part of their Gaussians.
 
     Attributes:
         name: of the property.
-        factors: of what is in no part, then of the parts from label 1 on.
+        factors: outside all parts, then of the parts from label 1 on.
     """
 
     name: str
     factors: tuple[float, ...]
 
     def stroke_pass(self, gaussians: Gaussians, skip: str | None) -> StrokePass:
-        """The pass that applies them, also to strokes that are given."""
+        """The pass that applies them, also to given strokes."""
 
         def changed(strokes: Gaussians) -> Gaussians:
             from brushgs.passes.where.maps import apply_factors
@@ -123,7 +123,7 @@ def of_rules(rules: Rules | None) -> list[OfParts]:
 
 
 def open_picture(path: Path, camera: Camera) -> "Array":
-    """[H, W] lightness of a picture of a view, 0 to 1, in the size of the view; what is transparent is black.
+    """[H, W] lightness of a picture of a view, 0 to 1, in the size of the view; transparent is black.
 
     Raises:
         SceneError: if it cannot be read, or its sides differ from those of the view.
@@ -157,7 +157,7 @@ def place_maps(
 ) -> list[Mapped]:
     """The factors of each property that maps change; several maps of a property are multiplied.
 
-    What the first view does not show keeps its property, whatever the picture.
+    Gaussians hidden in the first view keep their property, whatever the picture.
 
     Args:
         gaussians: N Gaussians to make strokes of.
@@ -244,7 +244,7 @@ def reader_of(
 def with_holds(
     coats: Sequence[Coat], mapped: Sequence[Property], gaussians: Callable[[], Gaussians]
 ) -> list[Coat]:
-    """The coats of a film with the frames for which maps have their strokes held, but for the backdrop."""
+    """The coats of a film, except the backdrop, with the number of frames that maps hold their strokes."""
     if all(one.name != "hold" for one in mapped):
         return list(coats)
     holds = reader_of(mapped, "hold", gaussians())

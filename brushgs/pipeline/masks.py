@@ -28,7 +28,7 @@ class MaskOpener:
 
     Attributes:
         camera_file: in any format that is read.
-        what: the pictures are, for messages.
+        what: kind of pictures, for messages.
     """
 
     camera_file: Path

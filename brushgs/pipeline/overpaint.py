@@ -1,4 +1,4 @@
-"""Files of marks -> what is laid over the strokes of a scene, and what changes below."""
+"""From files of marks to the coats laid over the strokes of a scene, and the changes of strokes below."""
 
 import warnings
 from collections.abc import Sequence
@@ -38,7 +38,7 @@ NEAR = 4  # strokes whose sizes count
 
 
 class Overpainted(NamedTuple):
-    """The files of marks, in order, and all of what they change in the strokes of a scene."""
+    """The files of marks, in order, and all their changes to the strokes of a scene."""
 
     files: tuple[Overpaint, ...]
     joined: Overpaint
@@ -66,7 +66,7 @@ def open_overpaint(
 
 
 def _at_shown_moment(file: Overpaint, path: Path, source: SceneFiles | Clip) -> Overpaint:
-    """What is painted over, at the moment of a still, or at the shown moment of a clip that is nearest."""
+    """The marks, at the moment of a still, or at the nearest shown moment of a clip."""
     from brushgs.formats.moving import open_moving
     from brushgs.passes.marks.moving import carried
     from brushgs.passes.motion.found_again import found_again
@@ -96,7 +96,7 @@ def _at_shown_moment(file: Overpaint, path: Path, source: SceneFiles | Clip) -> 
 
 
 def balls_of(overpaint: Overpaint) -> Balls:
-    """The density that is painted, as values."""
+    """The painted density, as values."""
     found = overpaint.density
     if found is None:
         return ()
@@ -104,7 +104,7 @@ def balls_of(overpaint: Overpaint) -> Balls:
 
 
 def painted_factors(gaussians: Gaussians, balls: Balls) -> "F64":
-    """[N] factors on the strokes per area, of one ball or more."""
+    """[N] factors on the strokes per area, from at least one ball."""
     from brushgs.passes.reduce.focus import painted_focus
 
     rows = np.array(balls)
@@ -119,7 +119,7 @@ def overpainted(
     report: Report,
     motion: StrokeMotion | None = None,
 ) -> list[Coat]:
-    """The coats of a painting with what is painted over it.
+    """The coats of a painting with those of its marks.
 
     Args:
         coats: of the painting.
@@ -150,7 +150,7 @@ def overpainted(
 def marks_continued(
     strokes: Gaussians, given: Overpainted, first_view: FirstView, report: Report
 ) -> Gaussians:
-    """Strokes of the scene, painted as the marks paint those below them; unlike ones stay as they are.
+    """Strokes of the scene, painted like similar strokes below the marks; dissimilar ones are unchanged.
 
     Args:
         strokes: of the scene.
@@ -194,7 +194,7 @@ def _changed(coat: Coat, file: Overpaint, pose: Pose | None, strokes: Gaussians)
 
 
 def _turned(coat: Coat, quats: "Array") -> Coat:
-    """A coat with strokes of other rotations, whose fields of directions turn with them."""
+    """A coat with new rotations of its strokes; their fields of directions turn too."""
     strokes, fields = replace(coat.strokes, quats=quats), coat.fields
     if fields is not None:
         before, after = (rotation_matrices(one.quats) for one in (coat.strokes, strokes))

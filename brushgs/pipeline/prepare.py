@@ -95,7 +95,7 @@ class Prepared:
         plain_views: small plain pictures that guided the strokes; None if the scene alone decides.
     """
 
-    strokes: Gaussians = None  # type: ignore[assignment]  # who reads what he did not ask for fails at once
+    strokes: Gaussians = None  # type: ignore[assignment]  # reading a value that was not requested fails at once
     texture: "BrushSet" = None  # type: ignore[assignment]
     kit: "BrushKit" = None  # type: ignore[assignment]
     options: "RenderOptions" = None  # type: ignore[assignment]

@@ -40,7 +40,7 @@ _OF_LOOKS = (
     "output",
     "hand",
     "projection",
-)  # steps that plain paintings do nothing in
+)  # steps without an effect on plain paintings
 
 
 def describe_options(

@@ -314,7 +314,7 @@ class _Frames:
         return FramePainter(painting, background, kind, self.prepared.growth, fade, takes_light, self.hand)
 
     def small(self, side: int) -> Iterator[Array]:
-        """The frames, small and flat, on the mean color of what lies behind them: painted as asked for."""
+        """The frames, small and flat, on the mean color of their background, painted on demand."""
         painting, background = self.prepared.painting, self.prepared.background
         behind = background if painting.surface is None else painting.surface.rgb
         color = np.asarray(1.0 if behind is None else behind).reshape(-1, 3).mean(axis=0)
@@ -338,7 +338,7 @@ class _Frames:
         return replace(view, following=self._alone(self._shown(other)), sign=sign)
 
     def _shown(self, index: int) -> int:
-        """The frame whose camera and scene one has."""
+        """The number of the frame whose camera and scene a frame shows."""
         return index if self.hand is None else self.hand.shown(index)
 
     @property
@@ -403,7 +403,7 @@ class _Frames:
 
 @dataclass(frozen=True, eq=False)
 class _GrowingTrack:
-    """Of the strokes of a finished coat, which it leaves as they are, and of those that they paint over."""
+    """The track of a finished coat, unchanged, extended to the strokes that are painted over."""
 
     finished: "AnyTrack"
     earlier: "AnyTrack"

@@ -1,4 +1,4 @@
-"""Bodies of the example scene as Gaussians that await their light: here chance decides what it decides."""
+"""Bodies of the example scene as unlit Gaussians; all random choices are made here."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -21,10 +21,10 @@ SIZE_SPREAD = 0.28  # log-normal spread of sizes, as training leaves it
 
 @dataclass(frozen=True, eq=False)
 class Cast:
-    """n Gaussians without colours, float64, and the surface that they are lit by.
+    """n Gaussians without colours, float64, and their surface for lighting.
 
     Attributes:
-        surface: where their light falls.
+        surface: the lit points, one per Gaussian.
         means: [n, 3] world units.
         quats: [n, 4] w, x, y, z: the axes are the tangent, its perpendicular, and the normal.
         scales: [n, 3] world units.
@@ -48,7 +48,7 @@ class Cast:
 
 
 def cast_of(body: Body, number: int, rng: Generator) -> Cast:
-    """The Gaussians of one body, which is the `number`-th of the scene."""
+    """The Gaussians of body `number` of the scene."""
     patch = body.patch
     n = len(patch)
     wobble = np.exp(rng.normal(0, 0.045, (n, 1)))  # trained neighbours differ in colour
@@ -71,7 +71,7 @@ def cast_of(body: Body, number: int, rng: Generator) -> Cast:
 
 
 def joined(casts: Sequence[Cast]) -> Cast:
-    """Several as one, in order."""
+    """Concatenate casts in order."""
 
     def column(name: str) -> F64:
         return np.concatenate([getattr(cast, name) for cast in casts])

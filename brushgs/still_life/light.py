@@ -1,8 +1,8 @@
 """Light of the example scene: one warm lamp, shadow, ambient occlusion, and view-dependent highlights.
 
-All that does not depend on the viewpoint is baked into one colour a Gaussian. Highlights are evaluated for a
-dome of views, as photographs of a capture would show them, and fitted by least squares to spherical harmonics
-of degree 3, as training would.
+Light that does not depend on the viewpoint is baked into one colour per Gaussian. Highlights are evaluated
+for a dome of views, as photographs of a capture would show them, and fitted by least squares to spherical
+harmonics of degree 3, as training would.
 """
 
 from dataclasses import dataclass, fields
@@ -73,7 +73,7 @@ def baked(surface: Surface, blockers: Blockers, to_lamp: F64) -> F64:
 
     Args:
         surface: n points.
-        blockers: what takes light from them.
+        blockers: occluders.
         to_lamp: [3] unit direction to the lamp, or [n, 3] that of each point.
     """
     lamp = lamp_light(surface, blockers, to_lamp)
@@ -97,14 +97,14 @@ def baked(surface: Surface, blockers: Blockers, to_lamp: F64) -> F64:
 
 
 def lamp_light(surface: Surface, blockers: Blockers, to_lamp: F64) -> F64:
-    """[n, 3] linear light of the lamp that arrives; `to_lamp` [3] or [n, 3]."""
+    """[n, 3] linear light that arrives from the lamp; `to_lamp` [3] or [n, 3]."""
     facing = np.maximum(_dots(surface.normals, to_lamp), 0)
     visible = lamp_visibility(surface.points, surface.bodies, blockers, to_lamp)
     return np.asarray(LAMP * (facing * visible)[:, None])
 
 
 def matt_light(surface: Surface, blockers: Blockers, lamp: F64) -> F64:
-    """[n, 3] linear colour without highlights, where `lamp` [n, 3] arrives."""
+    """[n, 3] linear colour without highlights, for arriving lamp light `lamp` [n, 3]."""
     light = lamp + ambient(surface.points, surface.normals, surface.bodies, blockers)
     return np.asarray(surface.albedos * light * surface.wobble)
 
@@ -182,5 +182,5 @@ def fit_views(colors: F64, dome: F64) -> F64:
 
 
 def _dots(vectors: F64, others: F64) -> F64:
-    """Inner products along the last axis; one other vector [3] is that of all."""
+    """Inner products along the last axis; a single vector [3] is used for all."""
     return np.asarray(vectors @ others if others.ndim == 1 else (vectors * others).sum(axis=-1))

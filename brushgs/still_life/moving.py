@@ -1,10 +1,10 @@
 """The still life in motion: a pear is knocked over and rolls, a draught lifts the cloth, the lamp swings.
 
-All of it is a formula of the time. The pear rolls on its own outline without slipping, straight towards the
-viewer, until it lies. The cloth is bent behind a line, as paper is: no length in it changes. The lamp swings
-on its cord; what is far from the middle of its light keeps the light of the lamp at rest, as bodies that rest
-do where no eye would see the change: most of the scene rests bit for bit, as in a recording of a room. At
-time 0 it is the still life itself.
+The motion is a formula of time. The pear rolls on its own outline without slipping, straight towards the
+viewer, until it lies still. The cloth bends behind a line like paper: no length in it changes. The lamp
+swings on its cord. Points far from the middle of its light, and resting bodies where the change would be
+invisible, keep the light of the lamp at rest, so most of the scene is constant bit for bit, as in a recording
+of a room. At time 0 it equals the still life.
 """
 
 from dataclasses import dataclass, replace
@@ -31,9 +31,9 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 from brushgs.values.quats import quat_products, quats_of, rotation_matrices
 
-SECONDS = 4.0  # that the motion was composed for; another length plays it slower or faster
+SECONDS = 4.0  # duration the motion was composed for; another duration plays it slower or faster
 RATE = CLIP_FPS  # moments a second where rows do not correspond
-DROPPED = 0.03  # share of the rows that such a moment lacks
+DROPPED = 0.03  # share of the rows missing from such a moment
 
 DOWN = np.array([0.0, 1.0, 0.0])
 ROLL_WAY = unit(np.array([0.12, 0.0, -0.99]))  # towards the viewer, between apple and lemon
@@ -44,23 +44,23 @@ ROLL_START, ROLL_END = 0.4, 2.2  # seconds
 HINGE = np.array([-2.18, -1.84])  # (x, z) of a point of the line behind which the cloth is bent
 BENT_WAY = unit(np.array([-0.35, -0.94]))  # (x, z), across that line: to the front left
 BEND = 1.1  # radians at the edge, where the draught is strongest
-BEND_LENGTH = 0.75  # from the line to where the bend is whole, world units
+BEND_LENGTH = 0.75  # from the line to the full bend, world units
 WAVE, WAVE_LENGTH, WAVE_SECONDS = 0.28, 0.9, 0.7  # radians; the ripple that runs out to the edge
 DRAUGHT_START, DRAUGHT_END = 0.6, 3.8  # seconds
 
 SWING = np.radians(20.0)
-SWING_SECONDS = 1.9  # of a whole swing: a cord of 0.9 m
+SWING_SECONDS = 1.9  # period of the swing: a cord of 0.9 m
 SWING_GROWS = 0.7  # seconds
 POOL = np.array([-1.0, 0.0, -0.9])  # middle of the light of the lamp on the table
 POOL_RADIUS, POOL_EDGE = 1.0, 1.3  # whole within, and how far beyond it ends, world units
 
-SEEN = 1.5 / 255  # change of a colour that is seen
-LOOKS = (0.09, 0.16, 0.27, 0.36, 0.48, 0.61, 0.85)  # of the length: moments that show what changes
+SEEN = 1.5 / 255  # visible change of a colour
+LOOKS = (0.09, 0.16, 0.27, 0.36, 0.48, 0.61, 0.85)  # shares of the duration at which changes are measured
 
 
 @dataclass(frozen=True, eq=False)
 class _Stage:
-    """All that stays the same; rows are those of `gaussians`.
+    """Everything constant over time; rows are those of `gaussians`.
 
     Attributes:
         gaussians: the first moment.
@@ -69,9 +69,9 @@ class _Stage:
         pear: rows.
         cloth: rows that the draught bends.
         pear_blockers: rows of `blockers`.
-        pivot: [3] the point of the pear that `path` tells of.
-        path: [P, 3] turn, radians, distance and lift of the pivot, world units.
-        pools: [n] share that points take in the swing of the lamp.
+        pivot: [3] the point of the pear whose motion is `path`.
+        path: [P, 3] turn in radians; distance and lift of the pivot, world units.
+        pools: [n] weight of the lamp's swing at each point, 0 to 1.
         lit: rows whose light changes.
     """
 
@@ -95,7 +95,7 @@ def still_life_moving(
     Args:
         num_gaussians: approximate count, >= 1000, see `still_life`.
         seed: of all random choices.
-        seconds: how long it lasts, > 0.
+        seconds: duration, > 0.
         has_rows: whether rows correspond. Otherwise it has 30 moments a second, of which `at` gives the
             nearest: each in an order of its own, and each lacks another 3 % of the rows.
 
@@ -156,7 +156,7 @@ def _staged(num_gaussians: int, seed: int) -> _Stage:
 
 
 def _at(stage: _Stage, share: float) -> Gaussians:
-    """The Gaussians at a share of the length, 0 to 1."""
+    """The Gaussians at a share of the duration, 0 to 1."""
     if share == 0:
         return stage.gaussians
     seconds = share * SECONDS
@@ -174,7 +174,7 @@ def _changing(stage: _Stage) -> Rows:
 
 
 def _placed(stage: _Stage, seconds: float) -> tuple[Cast, Blockers]:
-    """All rows and blockers where they are."""
+    """All rows and blockers at their places."""
     surface = stage.cast.surface
     points, normals, means, quats = (
         column.copy() for column in (surface.points, surface.normals, stage.cast.means, stage.cast.quats)
@@ -206,13 +206,13 @@ def _placed(stage: _Stage, seconds: float) -> tuple[Cast, Blockers]:
 
 
 def _rolling(points: F64) -> F64:
-    """How a convex body rolls over the plane below it without slipping.
+    """The path of a convex body that rolls over the plane below it without slipping.
 
     The plane is at the distance h(a) below the pivot, the support function of the body turned by a. Where it
     touches, the body rests; so the pivot moves by h per radian along the plane, whatever the outline.
 
     Args:
-        points: [n, 3] of the body, from the pivot.
+        points: [n, 3] of the body, relative to the pivot.
 
     Returns:
         [P, 3] angle, radians; distance rolled and lift of the pivot since the first, world units.
@@ -232,12 +232,12 @@ def _roll(stage: _Stage, seconds: float) -> tuple[float, float, float]:
 
 
 def _behind(points: F64) -> F64:
-    """[n] how far points lie behind the line at which the cloth is bent, world units."""
+    """[n] distance of points behind the line at which the cloth bends, world units."""
     return np.asarray((points[:, [0, 2]] - HINGE) @ BENT_WAY)
 
 
 def _bent(points: F64, seconds: float) -> tuple[F64, F64]:
-    """Points [n, 3] of the cloth where the draught has them, and the turns [n, 4] of what is there.
+    """Points [n, 3] of the cloth bent by the draught, and the rotations [n, 4] there.
 
     The cloth turns by an angle a(s) at the distance s behind the line; its middle surface runs along the
     integral of (cos a, sin a), so that no length along it changes, and what stands on it turns with it.
@@ -267,7 +267,7 @@ def _bent(points: F64, seconds: float) -> tuple[F64, F64]:
 
 
 def _to_lamp(pools: F64, seconds: float) -> F64:
-    """[n, 3] unit directions to the lamp of points that take a share `pools` [n] in its swing."""
+    """[n, 3] unit directions to the lamp of points, with weights `pools` [n] of its swing."""
     grown = smoothstep(np.array(seconds / SWING_GROWS))
     angles = pools * SWING * grown * np.sin(2 * np.pi * seconds / SWING_SECONDS)
     x, y, z = TO_LAMP
@@ -276,7 +276,7 @@ def _to_lamp(pools: F64, seconds: float) -> F64:
 
 
 def _visibly_lit(stage: _Stage) -> Rows:
-    """Rows whose light changes by what an eye could see, at one of a few moments."""
+    """Rows whose light changes visibly at one of a few moments."""
     surface, blockers = stage.cast.surface, stage.blockers
     near = np.flatnonzero((stage.pools > 0) | _near_pear(stage))
     lamp = lamp_light(surface.take(near), blockers, TO_LAMP)
@@ -291,7 +291,7 @@ def _visibly_lit(stage: _Stage) -> Rows:
 
 
 def _near_pear(stage: _Stage) -> Mask:
-    """Rows that the pear takes light from, or stops taking it from, as it rolls."""
+    """Rows whose shading by the pear changes as it rolls."""
     is_near = np.zeros(len(stage.gaussians), bool)
     surface, rows = stage.cast.surface, stage.pear_blockers
     first: tuple[F64, F64] | None = None

@@ -143,7 +143,7 @@ def sight(
     focus: F64 | None,
     direction: Direction,
 ) -> Sight:
-    """What media look at that place their marks in the views of the job."""
+    """The data by which media place their marks in the views of the job."""
     return Sight.of(cameras, plain_views, pruned, focus, direction)
 
 

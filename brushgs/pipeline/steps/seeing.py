@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from brushgs.values.arrays import F64
     from brushgs.values.notes import LoadNotes
 
-SPHERE_FOV = radians(90.0)  # that a subject fills, by which the camera of a sphere stands before it
+SPHERE_FOV = radians(90.0)  # that a subject fills; sets the distance of the camera of a sphere
 
 
 def is_moving(source: SceneFiles | Gaussians | Clip) -> bool:
