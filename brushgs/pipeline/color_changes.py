@@ -240,7 +240,7 @@ class Changes:
 
 
 def _map_behind(one: ColorMap | None, styles: Styles, mean: F64, *, has_grounds: bool) -> ColorMap | None:
-    """The colour map of styles for what lies behind the strokes.
+    """The colour map of styles for backdrop and ground.
 
     A map fitted to strokes may map other colours out of the painting: the complement of a scene became a
     brown in the blues of a night. So the result is shifted until its mean is in the painting.

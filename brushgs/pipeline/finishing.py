@@ -85,7 +85,7 @@ def with_values(
     Args:
         config: the options.
         cameras: of the job.
-        backdrop: the coat of what stands around the strokes, or none.
+        backdrop: the coat of the backdrop, or none.
         materials: of the strokes.
         report: gets the stage, only if values are requested.
         has_own: what has its own values, such as "the palette"; or None.
@@ -129,7 +129,7 @@ def with_edges(
     Args:
         config: the options.
         cameras: of the job, or a few small ones.
-        backdrop: the coat of what stands around the strokes, or none.
+        backdrop: the coat of the backdrop, or none.
         materials: of the strokes.
         report: gets the stage, only if edges are requested.
         gaussians: the scene, N, pruned.
@@ -222,8 +222,8 @@ def with_accents(
 def with_fields(coats: list[Coat], report: Report) -> list[Coat]:
     """Coats with the fields of directions of their strokes, where the lock is "canonical".
 
-    Lines lie along their axes, whatever turns, and a backdrop along its walls, where a field follows the axes
-    of 97 in 100 strokes: they keep "anchor".
+    Lines always lie along their axes, and a backdrop along its walls, where a field follows the axes of 97 %
+    of the strokes: they keep "anchor".
     """
 
     def keeps_axes(coat: Coat) -> bool:

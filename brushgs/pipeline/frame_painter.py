@@ -40,10 +40,10 @@ class FrameView:
         hour: share of a day that has passed, 0 to 1; None for a fixed light.
         pose: the positions of moving strokes; None if nothing moves.
         into: the content that the frame cross-fades into; None without a fade.
-        share: how far it has faded, 0 to 1.
-        following: the frame after this one, for the motion of what both show; None where it is not wanted.
-        sign: -1 where `following` is the frame before: then paint goes on as it came.
-        held: of a film made by hand the frames whose drawings are held in this one, by their index.
+        share: progress of the cross-fade, 0 to 1.
+        following: the next frame, for the layer of motion; None if that is not requested.
+        sign: -1 if `following` is the previous frame: then its motion is continued.
+        held: for a film made by hand, the frames whose drawings are held in this one, by index.
     """
 
     index: int

@@ -188,8 +188,8 @@ def _stated(files: Iterable[Path]) -> str:
 
 @cache
 def program() -> str:
-    """A digest of the program: versions, the sizes and times of its files, for its developers, and the text
-    model that the environment names.
+    """A digest of the program: versions, processor type, the text model that the environment names, and (for
+    developers) the sizes and times of its files.
     """
     from brushgs.core.native import core
 
@@ -293,7 +293,7 @@ def _given(inputs: Iterable[object]) -> dict[str, object]:
 
 
 def _encoded(value: Any, arrays: dict[str, Any], given: Collection[str]) -> Any:
-    """A value as JSON; its arrays go to `arrays`, by name, and inputs are named."""
+    """Encode a value as JSON; arrays are added to `arrays` by name, and inputs are referred to by name."""
     if (origin := ORIGINS.of(value)) in given:
         return {"given": origin}
     if isinstance(value, np.generic):
@@ -362,7 +362,7 @@ class KeptMemory(Memory):
         self.inner.keep(step, inputs, result)
 
     def of(self, step: str, inputs: Sequence[object], make: Callable[[], T]) -> T:
-        """The result from a memory, the disk, or made; a search keeps its last one, when the job ends."""
+        """The result from a memory or the disk, else made; a search keeps its last one when the job ends."""
         return super().of(step, inputs, lambda: self._of_disk(step, inputs, make))
 
     def _of_disk(self, step: str, inputs: Sequence[object], make: Callable[[], T]) -> T:
@@ -390,7 +390,7 @@ class KeptMemory(Memory):
         report: Any,
         make: Callable[[], T],
     ) -> T:
-        """The result of a costly step from disk, with its stages and warnings, or made.
+        """The result of a costly step from disk, with its stages and warnings, else made.
 
         Results are kept if the step requested no value beside those that it always takes. Whether it does
         depends on these alone, so a result that is found holds.

@@ -72,7 +72,7 @@ def open_rig(
 def _subject_distance(
     gaussians: Gaussians, camera: Camera, first_view: FirstView | None, view: ViewConfig
 ) -> float:
-    """Distance from the camera to what it shows, world units, > 0."""
+    """Distance from the camera to its subject, world units, > 0."""
     if first_view is None:
         from brushgs.brushes.texture import StrokeTexture
         from brushgs.rendering.render import render

@@ -266,7 +266,7 @@ def _sees_any(prepared: Prepared, num_views: int) -> bool:
     for coat in prepared.painting.coats:
         if coat.name == BACKDROP:
             continue
-        options = replace(coat.options, lock="off", order="depth", fade=False)  # the fastest
+        options = replace(coat.options, lock="off", order="depth", fade=False)  # the fastest options
         for index in range(0, len(prepared.cameras), step):
             shown = coat if moving is None else coat.posed(moving.pose(index))
             if any(len(project_with(shown.strokes, view, options)[0]) for view in _views(prepared, index)):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from brushgs.values.style import Style, StyleEdit
 
 
-CONTOUR_SHARES = (0.1, 0.16)  # of a painting, that contours are, between which they come to be drawn fully
+CONTOUR_SHARES = (0.1, 0.16)  # share of a painting in contours: at 15 % of full opacity, and at full
 CONTOUR_OPACITY = 0.9
 LINE_SIDE = 600  # pixels of the shorter side of a picture in which lines have their width
 LINE_WIDTH = 0.6  # of the contours of a painting, with which lines are seen as wide
@@ -49,9 +49,9 @@ class Styles:
 
     Attributes:
         parts: with their shares, each above 0.
-        names: of these and their shares, for reports.
-        brushes: names of the brushes of each; none where a painting keeps its own.
-        dials: how far it takes each property of each, by name; those missing wholly.
+        names: their names and shares, for reports.
+        brushes: names of the brushes of each; empty if a painting keeps its own.
+        dials: for each style, factors on its share by name of a property; 1 if missing.
     """
 
     parts: "Sequence[tuple[Style, float]]"
@@ -60,7 +60,7 @@ class Styles:
     dials: "Sequence[Mapping[str, float]]" = ()
 
     def taken(self, name: str) -> "list[tuple[Style, float]]":
-        """The styles with the shares in which a painting takes one of their properties, see `StyleShare`."""
+        """The styles with their shares for one property, see `StyleShare`."""
         dials = self.dials or [{}] * len(self.parts)
         return [
             (style, share * at.get(name, 1.0)) for (style, share), at in zip(self.parts, dials, strict=True)
@@ -163,7 +163,7 @@ def directions_of(styles: Styles | None, camera: Camera | None) -> "Marks":
 
 
 def manner_of(styles: Styles | None) -> "Manner | None":
-    """How styles have a stage painted; None where none of them says anything of it."""
+    """How styles paint a stage; None if no style describes one."""
     if styles is None:
         return None
     staged = [(one, share) for one, share in styles.taken("stage") if one.stage is not None and share > 0]
@@ -198,7 +198,7 @@ def _by_style(styles: Styles, name: str) -> "list[tuple[int, float]]":
 
 
 def broken_of(style: "Style") -> tuple[float, float]:
-    """How far marks of a style differ in lightness, and in chroma: a black and white painting has none."""
+    """Spread of a style's marks in lightness and chroma; the latter is 0 for a black and white painting."""
     assert style.marks is not None
     from brushgs.passes.style.transport import is_grey
     from brushgs.pipeline.style_values import MOST_BROKEN
@@ -211,7 +211,7 @@ def broken_of(style: "Style") -> tuple[float, float]:
 
 
 def contour_of(styles: Styles) -> Contour | None:
-    """The contours of the style that has most of them; None where none has some."""
+    """The most opaque contours of any style; None without any."""
     found: list[Contour] = []
     for style, share in styles.taken("line"):
         if style.lines is not None and share > 0:

@@ -46,7 +46,7 @@ def where_in(
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Raises:
-        ValueError: if nothing lies in it, or a term needs what there is not.
+        ValueError: if nothing lies in it, or a term needs something that is missing.
         SceneError: if a mask or the camera file cannot be used.
     """
     if config is None:
@@ -142,7 +142,7 @@ def part(
         num_threads: None takes the processors available to this process.
 
     Raises:
-        ValueError: if nothing lies in it, or a term needs what there is not.
+        ValueError: if nothing lies in it, or a term needs something that is missing.
         SceneError: if a mask or the camera file cannot be used.
     """
     is_painted = rows_where(gaussians, config, first_view, report, num_threads=num_threads)

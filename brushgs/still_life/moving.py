@@ -240,7 +240,7 @@ def _bent(points: F64, seconds: float) -> tuple[F64, F64]:
     """Points [n, 3] of the cloth bent by the draught, and the rotations [n, 4] there.
 
     The cloth turns by an angle a(s) at the distance s behind the line; its middle surface runs along the
-    integral of (cos a, sin a), so that no length along it changes, and what stands on it turns with it.
+    integral of (cos a, sin a), so that no length along it changes, and points above it turn with it.
     """
     wind = np.sin(np.pi * np.clip((seconds - DRAUGHT_START) / (DRAUGHT_END - DRAUGHT_START), 0, 1)) ** 2
     grid = np.linspace(0, 4 * BEND_LENGTH, 400)

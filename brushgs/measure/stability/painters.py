@@ -258,7 +258,7 @@ class Comparison:
         remake: makes a painting of the Gaussians of one moment alone, as seen by a camera; None omits the
             configuration `alone`, which still scenes do not have.
         painting: along the path, of a look: `strokes`, `texture` and `options` are then those of its main
-            coat; None where strokes are painted bare.
+            coat; None for bare strokes.
         by_hand: how a film of these strokes is made by hand, and the painting; None for a steady one.
     """
 

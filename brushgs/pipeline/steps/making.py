@@ -99,7 +99,7 @@ def _no_contour(media_config: Medium, styles: "Styles | None") -> str | None:
 
 @unless(_no_contour)
 def contour(styles: Styles) -> Contour | None:
-    """The contours of styles; None where they have none."""
+    """The contours of styles; None if they have none."""
     return contour_of(styles)
 
 
