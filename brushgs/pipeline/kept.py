@@ -138,7 +138,7 @@ def _files_of(source: SceneSource) -> list[Path]:
     """The files of a scene, and those of cameras beside it.
 
     Raises:
-        Unnamed: if another package may read it, whose version is not known.
+        Unnamed: if it may be read by another package, whose version is unknown.
     """
     from brushgs.formats.cameras.read import find_beside
     from brushgs.formats.registry import by_suffix, formats_of

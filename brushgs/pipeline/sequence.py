@@ -63,7 +63,7 @@ if TYPE_CHECKING:
 
     AnyTrack = Track | FilmTrack
 
-CALM_STEP = 10.0  # degrees a frame of the camera, above which a note says that strokes turn visibly
+CALM_STEP = 10.0  # degrees the camera turns per frame, above which a note says that strokes turn visibly
 FILM_FRAMES = 12  # fewer frames are viewed one by one
 NUM_SAMPLED_VIEWS = 8  # of a path, to check whether any stroke is visible; enough for thousands of frames
 
@@ -89,8 +89,8 @@ def paint_sequence(
             %05d.png in it.
         path_config: the camera path, or how the painting grows before a fixed camera; for a moving scene
             also that camera, None for that of `config`.
-        config: see `PaintConfig`; of its view what `plan_path` takes.
-        sequence: where the frames are painted, and which.
+        config: see `PaintConfig`; of its view the options that `plan_path` uses.
+        sequence: which frames are painted, and where.
         grow: how the painting grows along a path; None if it does not.
         report: gets the stages; None makes a new one.
         sheet: output of a contact sheet of the plain scene, see `views_sheet`; or None.

@@ -26,7 +26,7 @@ class Body:
         gloss: strength of the highlight, from 0 (matt) to about 1.
         shininess: exponent of the highlight; higher is smaller.
         size: factor on the size of its Gaussians.
-        stretch: how much longer than wide its Gaussians are, >= 1; the tangent is the long axis.
+        stretch: length over width of its Gaussians, >= 1; the tangent is the long axis.
         opacity: [n] or one number.
         blockers: [K, 6] ellipsoids (centre, radii) that approximate it as an occluder of light.
         name: of a body that `still_life_moving` moves.
