@@ -1,5 +1,7 @@
 """Pages of moving scenes: strokes are where `render` has them, at any moment, and the page plays."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -100,6 +102,41 @@ def test_it_is_scrubbed_stepped_and_played_and_its_link_keeps_the_moment(open_pa
     wait_until(page, "brushgs.player.seconds < 0.12")  # it begins again
     page.keyboard.press("k")
     assert page.evaluate("brushgs.player.isPlaying") is False
+
+
+# What a double tap on each stroke centres on at both ends of a clip; its mean and longest axis.
+TAPPED = """() => {
+  const { controls, painter, player } = brushgs;
+  let point = null;
+  controls.orbit = Object.create(controls.orbit, { lookAt: { value: (_, found) => { point = found; } } });
+  return [0, player.duration].map((seconds) => {
+    player.seek(seconds);
+    const { means, scales } = painter.columns[0];
+    return Array.from({ length: means.length / 3 }, (_, i) => {
+      const mean = [...means.subarray(3 * i, 3 * i + 3)];
+      const size = Math.max(...scales.subarray(3 * i, 3 * i + 3));
+      const camera = controls.camera(controls._width, controls._height), V = camera.viewmat;
+      const seen = (r) => mean.reduce((sum, value, k) => sum + V[r + k] * value, V[r + 3]);
+      const [x, y, z] = [seen(0), seen(4), seen(8)];
+      point = null;
+      controls.centerOn((camera.fx * x) / z + camera.cx, (camera.fy * y) / z + camera.cy);
+      return { mean, size, point };
+    });
+  });
+}"""
+
+
+def test_a_double_tap_centers_on_strokes_where_they_are_shown(open_page, tmp_path, moving):
+    page = open_page(write_page(tmp_path / "a.html", moving[1]), **CALM)
+    page.evaluate("brushgs.ready")
+    shares = []
+    for taps in zip(*page.evaluate(TAPPED), strict=True):
+        far = np.linalg.norm(np.subtract(taps[0]["mean"], taps[1]["mean"])) > 6 * taps[0]["size"]
+        hits = [t["point"] and math.dist(t["point"], t["mean"]) < 2 * t["size"] for t in taps]
+        if far and hits[0]:  # a stroke in front, which moves by more than itself
+            shares.append(bool(hits[1]))
+    assert len(shares) > 5
+    assert np.mean(shares) > 0.5  # others may have come before it
 
 
 def test_the_command_exports_a_page_that_plays_and_one_moment_that_does_not(tmp_path, capsys):

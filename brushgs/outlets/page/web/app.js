@@ -58,6 +58,7 @@ class App {
       isCalm,
       onChange: () => this.invalidate(),
       onTurning: (isTurning) => this.panel?.showTurning(isTurning),
+      posed: () => this.painter?.columns ?? [],
     });
     this.panel = new Panel(this);
     this.stops = new Stops(this);

@@ -22,9 +22,12 @@ const TAP_SECONDS = 0.35, TAP_REACH = 24, TAP_MOVE = 8; // a double tap: how soo
  * @param {object} options
  *     isCalm: whether motion is reduced: nothing turns by itself or glides.
  *     onChange: called when a frame has to be drawn. onTurning: called with whether it turns by itself.
+ *     posed: gives the columns of strokes that move, see `pointOnRay`.
  */
 class Controls {
-  constructor(canvas, stage, contents, { isCalm = false, onChange = () => {}, onTurning = () => {} } = {}) {
+  constructor(canvas, stage, contents, {
+    isCalm = false, onChange = () => {}, onTurning = () => {}, posed = () => [],
+  } = {}) {
     this.canvas = canvas;
     this.stage = stage;
     this.isCalm = isCalm;
@@ -32,6 +35,7 @@ class Controls {
     this.isAutomatic = false; // whether it turns since the page was opened, not by request
     this._onChange = onChange;
     this._onTurning = onTurning;
+    this._posed = posed;
     this._pointers = new Map();
     this._tap = null;
     this._turningFor = 0;
@@ -164,7 +168,7 @@ class Controls {
   /** Put what is at (x, y), CSS pixels of the canvas, in the middle; where there is no paint, do nothing. */
   centerOn(x, y) {
     const camera = this.camera(this._width, this._height);
-    const point = pointOnRay(this.contents, [...camera.eye()], camera.directionAt(x, y));
+    const point = pointOnRay(this.contents, [...camera.eye()], camera.directionAt(x, y), this._posed());
     if (point) this._move(() => this.orbit.lookAt(this.target, point));
   }
 

@@ -203,11 +203,13 @@ class PointField {
 
 /** What lies at places of the picture, CSS pixels, in numbers of the scene; null where there is no paint. */
 class Aim {
-  constructor({ controls, contents, canvas }) {
+  constructor({ controls, contents, canvas, painter }) {
     const camera = controls.restingCamera(Math.max(1, canvas.clientWidth), Math.max(1, canvas.clientHeight));
     const { header, arrays } = contents, { origin, radius } = header;
-    const coats = header.coats.filter(({ isBackdrop }) => !isBackdrop); // which is not of the scene
-    Object.assign(this, { contents: { header: { ...header, coats }, arrays }, camera, origin });
+    const isOfScene = (_, row) => !header.coats[row].isBackdrop;
+    const coats = header.coats.filter(isOfScene);
+    const posed = (painter?.columns ?? []).filter(isOfScene);
+    Object.assign(this, { contents: { header: { ...header, coats }, arrays }, posed, camera, origin });
     this._axes = [0, 4, 8].map((row) => [...camera.viewmat.subarray(row, row + 3)]); // right, down, forward
     this._eye = [...camera.eye()];
     this._decimals = Math.min(20, Math.max(0, Math.ceil(4 - Math.log10(radius)))); // a ten-thousandth of it
@@ -263,7 +265,7 @@ class Aim {
   }
 
   _point(x, y) {
-    return pointOnRay(this.contents, this._eye, this.camera.directionAt(x, y));
+    return pointOnRay(this.contents, this._eye, this.camera.directionAt(x, y), this.posed);
   }
 
   _depth(point) {

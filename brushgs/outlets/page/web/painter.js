@@ -99,6 +99,11 @@ class Painter {
     this._motion.show(this._coats, seconds);
   }
 
+  /** Columns of the strokes of each coat at the moment that is shown; their arrays change with it. */
+  get columns() {
+    return this._coats.map((coat) => coat.columns.now);
+  }
+
   /** Sentences on what this browser cannot show of the painting. */
   get notes() {
     return this._canvas.notes;

@@ -11,14 +11,14 @@ const SOLID = 0.5; // share of the light that is stopped where a surface is take
  * @param {{header: object, arrays: object}} contents
  * @param {number[]} eye page coordinates
  * @param {number[]} direction unit vector
+ * @param {object[]} posed columns of the coats at the moment shown, see `Painter.columns`; else those of the
+ *     contents
  * @returns {?number[]} page coordinates; null where the ray meets too little paint
  */
-function pointOnRay(contents, eye, direction) {
+function pointOnRay(contents, eye, direction, posed = []) {
   const hits = [];
-  for (const coat of contents.header.coats) {
-    const column = (name) => contents.arrays[coat.arrays[name]];
-    const means = column("means"), quats = column("quats"), scales = column("scales");
-    const opacities = floatsOfHalves(column("opacities"));
+  for (const [row, coat] of contents.header.coats.entries()) {
+    const { means, quats, scales, opacities } = posed[row] ?? storedColumns(contents, coat);
     for (let i = 0; i < coat.count; i++) {
       const hit = hitOf(i, means, quats, scales, eye, direction);
       if (hit === null) continue;
@@ -33,6 +33,12 @@ function pointOnRay(contents, eye, direction) {
     if (light <= 1 - SOLID) return eye.map((value, k) => value + along * direction[k]);
   }
   return null;
+}
+
+function storedColumns({ arrays }, coat) {
+  const column = (name) => arrays[coat.arrays[name]];
+  const [means, quats, scales] = ["means", "quats", "scales"].map(column);
+  return { means, quats, scales, opacities: floatsOfHalves(column("opacities")) };
 }
 
 /** Where a ray comes nearest to stroke i, in deviations of the stroke; null if that is behind or far off. */
