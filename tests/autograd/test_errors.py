@@ -17,6 +17,12 @@ SIZE = {"width": 20, "height": 20}
 BOXES = boxes_of([[9, 9]], 4.0)
 
 
+def swapped():
+    boxes = ba.Boxes.of(boxes_of([[9, 9], [9, 9]], 4.0))
+    boxes.depths.copy_(torch.tensor([2.0, 1.0]))
+    return boxes
+
+
 def strokes(**changes):
     given = vars(scene_of(4)).items()
     columns = {name: torch.tensor(values) for name, values in given if values is not None}
@@ -59,6 +65,8 @@ REFUSED = [
         TypeError,
         "rasterize: boxes must be brushgs.autograd.Boxes, got Boxes; use Boxes.of",
     ),
+    (lambda: ba.rasterize(swapped(), bristles(), **SIZE), ValueError, "Boxes: depths must ascend"),
+    (lambda: ba.render(strokes(), CAMERA, 3), TypeError, "texture must be a StrokeTexture, .* got int"),
     (
         lambda: ba.project(strokes(opacities=torch.full((4,), 1.5, dtype=torch.float64)), CAMERA),
         ValueError,

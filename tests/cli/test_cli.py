@@ -129,6 +129,7 @@ def test_render_prints_the_path_of_its_picture_and_a_table_of_what_it_did(scene,
         (["--stroke", "flat,,dab"], r"flat,,dab: nothing stands between two commas"),
         (["--stroke", "flat,gaussian"], r"'gaussian' is computed and not drawn, so it must be the only"),
         (["--explain", "-o", "a.png"], r"--explain draws .svg or .dot, got a.png; omit -o to print it"),
+        (["--fps", "8", "--grow", "0"], r"grow must be above 0 seconds, got 0"),
     ],
 )
 def test_a_bad_flag_gets_one_sentence(scene, capsys, words, sentence):
@@ -137,7 +138,7 @@ def test_a_bad_flag_gets_one_sentence(scene, capsys, words, sentence):
     assert names() == []
 
 
-@for_each("command", ["render", "prune", "cluster", "info"])
+@for_each("command", ["render", "render --explain", "prune", "cluster", "info"])
 @for_each(
     ("name", "content"),
     [("missing.ply", None), ("bad.ply", b""), ("bad.ply", b"ply\nformat ascii 1.0\nend_header\n")],
@@ -146,7 +147,7 @@ def test_a_bad_scene_gets_one_sentence(capsys, command, name, content):
     if content is not None:
         Path(name).write_bytes(content)
     before = names()
-    assert refused(capsys, command, name).startswith(f"brushgs: {name}: ")
+    assert refused(capsys, *command.split(), name).startswith(f"brushgs: {name}: ")
     assert names() == before
 
 
@@ -389,6 +390,7 @@ def test_a_look_that_is_printed_to_a_file_is_the_same_look(name, capsys):
         (["oyl"], "oyl: neither a file nor a look, which are oil,"),
         (["oil", "ink"], "looks prints one look at a time, got 2; add -o to paint them all"),
         (["oil", "--size", "64x48"], "--size needs -o, the sheet to paint"),
+        (["oil", "--time", "50%"], "--time needs --scene"),
         (["-o", "a.txt"], "output must end in .png"),
         (["--scene", "none.ply"], "none.ply: "),
     ],

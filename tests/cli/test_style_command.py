@@ -62,6 +62,7 @@ def test_show_prints_what_is_in_a_style_and_says_it_in_words(folder, capsys):
     [
         (["learn"], "style learn needs a painting; name it"),
         (["show", "a.style", "--name", "b"], "--name belongs to `brushgs style learn`; remove it"),
+        (["learn", "dusk.png", "--up", "+x"], "--up belongs to --before and --after; a painting has none"),
         (["learn", "missing.png"], "missing.png: there is no such picture; check the path"),
         (["show", "dusk.png"], "dusk.png: is no style file"),
     ],

@@ -138,6 +138,7 @@ def test_words_hold_spaces_and_end_before_and_or_and_parentheses(text, words):
         ("subject)", "got '\\)'; put names with parentheses in quotes"),
         ("mask:a(1).png", "put names with parentheses in quotes"),
         ('text:"a', "where must close its quotes, got 'text:\"a'"),
+        ('text:"a"b"c"', "one text in quotes, a quote in it doubled"),
         ("box:1,2,3", "where must have box:x0,y0,z0,x1,y1,z1, got 'box:1,2,3'"),
         ("sphere:0,0,0,x", "\\('x' must be a number\\), got 'sphere:0,0,0,x'"),
         ("sphere:0,0,nan,1", "'nan' must be a number"),

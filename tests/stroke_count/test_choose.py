@@ -222,6 +222,7 @@ def test_aims_are_read_from_the_command_line(words, strokes, command):
     [
         (["--strokes", "0dB"], "--strokes must be above 0 dB and at most 100 dB, got 0 dB"),
         (["--strokes", "many"], "a PSNR such as 24dB, got 'many'"),
+        (["--strokes", "dB"], "a PSNR such as 24dB, got 'dB'"),
         (["--stroke-size", "0px"], "--stroke-size must be above 0 and at most 32767 px, got 0px"),
         (["--stroke-size", "3cm"], "such as 24px, or 8mm on paper, got '3cm'"),
         (["--stroke-size", "3px", "--strokes", "5"], "--strokes cannot be combined with --stroke-size"),

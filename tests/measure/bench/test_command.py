@@ -209,6 +209,7 @@ def test_bad_input_is_one_sentence_and_leaves_nothing(scene, capsys):
         (["--strokes", "20,10"], "strokes must ascend from 1 or more, got 20, 10"),
         (["-o", "report.pdf"], "output must be a folder or end in .json, .csv, .png, got 'report.pdf'"),
         (["--background", "transparent"], "background must be a colour or an image"),
+        (["--background", "blu"], "background must be"),
         (["--camera-file", "none.json", "--up", "+z"], "--up cannot be combined with --camera-file"),
         (["--orbit", "9"], "unrecognized arguments: --orbit 9"),
         *(

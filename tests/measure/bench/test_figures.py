@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 
 from brushgs.formats.pictures.images import read_image
 from brushgs.measure.bench.advice import advice, curves_of
 from brushgs.measure.bench.doubts import OtherLoad, doubts_of
 from brushgs.measure.bench.figures import Bench, Family, Point, Verified, mark_best
 from brushgs.measure.bench.plot import COLORS, write_plot
-from brushgs.measure.bench.table import COLUMNS, rows
+from brushgs.measure.bench.table import COLUMNS, print_bench, rows
 from brushgs.measure.bench.timing import TimedRun, TimeQuartiles, time_alternately
 from brushgs.measure.likeness import Likeness
 from brushgs.stroke_count.curve import knee
@@ -119,11 +120,13 @@ def test_the_advice_is_that_of_the_knee():
             assert f"doubling buys {bend.gain_of_doubling:.1f} dB for {bend.cost_of_doubling:.1f} x" in words
 
 
-def test_what_has_no_knee_has_no_advice_and_more_strokes_may_bring_nothing():
+def test_what_has_no_knee_has_no_advice_and_more_strokes_may_bring_nothing(capsys):
     flat = family([point(1e-3 * n, 0.2, strokes=n) for n in (10, 100, 1000, 10000)])
     assert "doubling buys nothing" in advice(flat)[1]
     result = bench_of((100, 1000))
     assert (result.knees, result.advice, result.as_dict()["knees"]) == ({}, None, {})
+    print_bench(result, Console(width=200))
+    assert capsys.readouterr().out.rstrip().endswith("both more accurate and faster")  # no line of advice
     equal = family([point(1, 0.1, strokes=n) for n in (10, 10, 20)])  # two counts came to the same strokes
     assert curves_of(equal) == {}
 

@@ -131,6 +131,8 @@ def test_every_knob_is_turned_to_what_the_painting_has_not(scene, monkeypatch):
         assert knob.step in STEPS
         assert [knob.of(knob.at(bare, value)) for value in knob.values] == list(knob.values)
         assert knob.of(bare) not in knob.others(bare)
+        assert all(knob.label(value).startswith(f"{knob.name} ") for value in knob.values)
+    assert [Knob("stage", "ground").label(value) for value in (True, False)] == ["stage on", "stage off"]
     points = measured(subject, "knobs")["knobs"].points
     assert [point.label for point in points] == [AS_IT_IS, "relief 0", "relief 1"]
     errors = {point.label: point.error.rmse for point in points}

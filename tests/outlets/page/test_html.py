@@ -92,6 +92,18 @@ def test_a_still_of_another_kind_and_a_script_that_would_end_its_element_are_ref
     html.web_text.cache_clear()
 
 
+def test_a_shader_that_includes_itself_or_nothing_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(html, "_web", lambda: tmp_path)
+    html.web_text.cache_clear()
+    (tmp_path / "a.glsl").write_text('#include "b.glsl"\n')
+    with pytest.raises(ValueError, match=r"a\.glsl includes b\.glsl, which is missing"):
+        html.shaders()
+    (tmp_path / "b.glsl").write_text('#include "a.glsl"\n')
+    with pytest.raises(ValueError, match=r"a\.glsl -> b\.glsl -> a\.glsl includes itself"):
+        html.shaders()
+    html.web_text.cache_clear()
+
+
 def test_chromium_runs_the_script_of_the_page_and_no_other(browser, open_page, tmp_path, monkeypatch):
     ran = "document.getElementById('message').textContent = 'ran </b>';"
     monkeypatch.setattr(html, "page_script", lambda live: f"(() => {{ {ran} }})();")
