@@ -177,6 +177,12 @@ def parsed(text):
     return ViewConfig(size=SIZE, **flags.given(parser.parse_args(_joined(text.split())), "view"))
 
 
+def test_an_orbit_of_rolled_views_has_the_scene_in_the_middle():
+    cameras = framed_orbit(VIEW, ViewConfig(size=SIZE, roll=0.8, elevation=0.3), 48)
+    seen = np.concatenate([pixels(camera, VIEW.points)[0] for camera in cameras])
+    np.testing.assert_allclose(seen.min(axis=0), -seen.max(axis=0), atol=0.005)
+
+
 @settings(max_examples=25, deadline=None)
 @given(
     azimuth=st.floats(-400, 400),
