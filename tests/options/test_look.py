@@ -86,7 +86,7 @@ REFUSED = [
     ("[light]\nlamp = [1, 2, 3]\n", "[light] lamp must be a list of 2 numbers"),
     ("[cluster]\nstrokes = 0\n", "[cluster] strokes must be a count of 1 or more, a share such as 0.1"),
     ("[cluster]\nstrokes = 1.5\n", "[cluster] strokes must be a count of 1 or more, a share such as 0.1"),
-    ("[strokes]\ndirection = 3\n", "[strokes] direction must be text in quotes, got 3"),
+    ("[strokes]\ndirection = {a = 1}\n", "[strokes] direction must be text in quotes, got {'a': 1}"),
     ("[media]\ncolor = 'black'\n", "[media] color must be #rrggbb, got 'black'"),
     ("[color]\npigments = 2.5\n", "[color] pigments must be a whole number, got 2.5"),
     ("[brushes]\nlong = ['flat']\n", "[brushes] other must name at least one brush"),
