@@ -42,24 +42,15 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
         the look is a `UsualCount`, and the ground if it has one colour and a style has one; the input itself
         if no share is above 0.
     """
-    marked = [(style.marks, share) for style, share in styles if style.marks is not None and share > 0]
-    if not marked:
+    drawn = [(style, style.marks, share) for style, share in styles if style.marks is not None and share > 0]
+    if not drawn:
         return values
+    marked = [(marks, share) for _, marks, share in drawn]
     found: dict[str, dict[str, Any]] = {step: dict(of_step) for step, of_step in values.items()}
-
-    broken = [
-        (
-            0.0
-            if is_grey(style.palette)
-            else (1 - style.flatness) * min(style.marks.broken_lightness, MOST_BROKEN),
-            share,
-        )
-        for style, share in styles
-        if style.marks is not None and share > 0
-    ]
+    broken = [(_broken_color(style, marks), share) for style, marks, share in drawn]
     lit = [(marks.relief, share) for marks, share in marked if marks.relief > 0]
     # A print has neither ridges of paint nor a canvas.
-    flat = sum(share * style.flatness for style, share in styles if style.marks is not None)
+    flat = sum(share * style.flatness for style, _, share in drawn)
     if flat > 0:
         for field in ("relief", "canvas_strength"):
             found.setdefault("light", {})[field] = (1 - flat) * _of_look(values, "light", field)
@@ -75,6 +66,13 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
     if ground := _moved_ground(values, marked):
         found["ground"] = found.get("ground", {}) | ground
     return found
+
+
+def _broken_color(style: Style, marks: StyleMarks) -> float:
+    """The broken colour of a style; none in black and white, less in a print."""
+    if is_grey(style.palette):
+        return 0.0
+    return (1 - style.flatness) * min(marks.broken_lightness, MOST_BROKEN)
 
 
 def count_of(marks: StyleMarks) -> int:
