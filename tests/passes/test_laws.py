@@ -19,6 +19,7 @@ from brushgs.passes.form.defocus import defocus, focused
 from brushgs.passes.form.edges import Around, find_edges, soften_edges
 from brushgs.passes.form.gaps import growth
 from brushgs.passes.form.material import Materials
+from brushgs.passes.form.plane_axes import mark_axes
 from brushgs.passes.form.saliency import saliency
 from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.contribution import visible_shares
@@ -164,6 +165,7 @@ PASSES = {
         lambda s, _: bg.break_colors(s, follows=0.7), laws="order", rtol=0, atol=1e-12
     ),
     "tones": Pass(lambda s, _: tones(s), laws="order unit"),
+    "directions of marks": Pass(lambda s, _: mark_axes(s, with_planes=False)[0] ** 2),
     "grade": Pass(lambda s, _: grade(s, chroma=1.5, contrast=0.5)),
     "recolor": Pass(lambda s, _: bg.recolor(s, PALETTE, 0.7)),
     "prune": Pass(kept(lambda s: bg.prune(s, 0.3))),

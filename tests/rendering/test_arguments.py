@@ -106,6 +106,8 @@ VALUES = [  # what is called, and the sentence of the ValueError
     (lambda: Lamp(exponent=0), "Lamp: exponent must be in 1 to 1000, got 0"),
     (lambda: light(FRAME.rgb, np.zeros((4, 6))), r"light: height must have shape \[H=4, W=5\], got \[4, 6\]"),
     (lambda: light(FRAME.rgb, FRAME.alpha, blur=11), "light: blur must be in 0 to 10 pixels, got 11"),
+    (lambda: light(FRAME.rgb, FRAME.alpha, out=FRAME.alpha), "light: out must be a contiguous array of the"),
+    (lambda: Lamp().at_relief(1.5), "Lamp: relief must be in 0 to 1, got 1.5"),
     (lambda: press(FRAME, np.zeros((5, 4)), 0.4), r"press: grain must have shape \[H=4, W=5\], got \[5, 4\]"),
     *each(lambda v: press(FRAME, FRAME.alpha, v), NOT_A_SHARE, "dry must be in 0 to 1"),
     *each(lambda v: thin_to_border(BOXES, CAMERA, width=v), NOT_POSITIVE, "width must be positive and"),
