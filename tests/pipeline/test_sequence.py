@@ -319,6 +319,7 @@ def test_folders_and_patterns_are_numbered_files(folder, output, pattern):
         ("file/", {}, r"file/%05d\.png: .*/file is a file, not a folder; choose another name"),
         ("a.gif", {"path": replace(ORBIT, fps=60)}, r"fps must be above 0 and at most 50 for \.gif, got 60"),
         ("a.mp4", {"is_resumed": True}, r"a video cannot be resumed .* numbered frames, -o a/"),
+        ("f/", {"paint_config": config(background="redish")}, "background must be white, .* got 'redish'"),
         ("f/", {"scheduler": "host"}, r"scheduler must be an address such as tcp://host:8786, got 'host'"),
         (
             "a.mp4",

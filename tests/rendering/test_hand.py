@@ -151,6 +151,15 @@ def test_transparent_paint_is_never_there_twice(coat, seen, blend):
     assert (np.max(lengths / whole) < np.exp(SIZE * LAID_ASIDE) + 1e-5) == (blend == "glaze")
 
 
+def test_what_moves_fast_trails_thinner_strokes_behind_it(coat, seen):
+    film = hand(coat, Pace(), Pace(), smear=1.0, is_loop=True)
+    boxes, now = film.boxes(4, seen), seen(4).boxes
+    assert len(boxes) > len(now)
+    i, j = paired(boxes, now)  # the first of each stroke is itself
+    assert np.array_equal(boxes.centers[i], now.centers[j])
+    assert same(film.boxes(4, lambda _: seen(4)), now)  # at rest
+
+
 def turned(boxes, others):
     """[M] by how much each box is turned against the one of its stroke among others, radians."""
     row_of = np.zeros(boxes.ids.max() + 1, int)

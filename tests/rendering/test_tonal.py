@@ -1,6 +1,7 @@
 """Tones of pictures of strokes, and spot blacks: few, large, smooth, and on both sides of a jump of depth."""
 
 import numpy as np
+from scipy import ndimage
 
 from brushgs.rendering.nested import scale_of
 from brushgs.rendering.tonal import Blacks, Tones, blacks_of, large_ones
@@ -52,8 +53,6 @@ def test_small_spots_and_small_holes_are_left_out():
 
 def test_a_region_whose_neck_is_smoothed_away_leaves_no_spot():
     """Of two discs on a neck of one pixel, one smaller than the least area, that one goes with the neck."""
-    from scipy import ndimage
-
     view = camera(960, 540)
     mask = disc(540, 960, 60, 300, 270) | disc(540, 960, 5.5, 400, 270)
     mask[270, 300:400] = True
@@ -89,6 +88,15 @@ def test_the_threshold_gives_the_share_that_is_asked_for():
     for share in (0.05, 0.17):
         threshold, least = blacks_of([tones], share=share, most_regions=25, least_pixels=140.0)
         assert abs(large_ones(tones.is_black(threshold), least).mean() - share) < 0.02
+
+
+def test_there_are_no_more_regions_than_allowed():
+    tone = np.full((180, 320), 0.8)
+    for k in range(40):
+        tone[disc(radius=5 + k / 20, x=20 + 40 * (k % 8), y=20 + 35 * (k // 8))] = 0.1
+    tones = tones_of(picture(tone), camera())
+    threshold, least = blacks_of([tones], share=0.17, most_regions=25, least_pixels=10.0)
+    assert 0 < ndimage.label(large_ones(tones.is_black(threshold), least))[1] <= 25
 
 
 def test_edges_of_films_are_soft_in_tone_and_stay_in_place():

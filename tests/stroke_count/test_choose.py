@@ -136,6 +136,7 @@ def test_a_painting_says_why_it_has_so_many_strokes(pears):
     assert stages["count"].did.startswith(f"{count:,} strokes: the knee, where doubling gains ")
     assert stages["cluster"].counts["after"] <= count
     assert list(stages).index("plain") < list(stages).index("prune") < list(stages).index("count")
+    assert painted(pears.take(slice(100)), "auto:frame")[1]["count"].did.endswith(" of so small a scene")
     assert not {"plain", "count"} & set(painted(pears, 300)[1])  # a count that is given takes no look
 
 

@@ -159,6 +159,7 @@ def test_lights_are_lighter_and_warmer_than_shade_and_the_mean_stays():
     assert lights[2] > darks[2] + 0.03
     assert np.abs((after - before).mean(axis=0)).max() < 0.01
     assert light.lit(lamp, 0.0) is light.strokes
+    assert np.array_equal(light.colors(lamp, 0.0), base_colors(light.strokes.sh))
     zenith = [light.colors(lamp_at(azimuth, 89.5)) for azimuth in (0, 90, 180, 270)]  # no jump there
     assert max(np.abs(one - zenith[0]).max() for one in zenith) < 0.03
 

@@ -84,6 +84,8 @@ def test_only_what_is_asked_for_comes_in_that_order():
     assert some.names == ("height", "lightness")
     np.testing.assert_array_equal(some.values, every.columns(("height", "lightness")))
     np.testing.assert_array_equal(every.take(slice(3, 7)).values, every.values[3:7])
+    unseen = stroke_features(replaced(scene, opacities=0 * scene.opacities), view, ["size"]).values
+    assert abs(unseen.mean() - 0.5) < 1e-9
     for few in (0, 1, 2):
         assert stroke_features(scene.take(slice(few)), view).values.shape == (few, len(FEATURES))
     with pytest.raises(ValueError, match=r"names must be of lightness, .* got 'mood'"):

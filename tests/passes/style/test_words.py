@@ -118,6 +118,10 @@ def test_words_of_strokes(given, fits, fits_not):
     assert not fits_not & found
 
 
+def test_a_single_stroke_has_words():
+    assert "drawn-out" in words(words_of_strokes(strokes(1, aspect=6.0), CAMERA))
+
+
 def test_what_is_not_seen_has_no_words():
     assert words_of_strokes(strokes(), Camera.look_at((0, 0, 4), (0, 0, 9), width=64, height=48)) == []
     assert words_of_style(Style("edit", edit=StyleEdit(np.eye(3, 4)))) == []
