@@ -81,5 +81,12 @@ def test_another_kernel_is_refused():
         Coat("strokes", SCENE, ellipse, RenderOptions.of(ellipse)).showing(SCENE)
 
 
+def test_the_kernel_shows_gaussians_itself():
+    left = SCENE.means[:, 0] < 0
+    shown = coat(SCENE.take(left), KERNEL, underpaint=False, streaks=0.0).showing(SCENE.take(~left))
+    assert shown.texture.names == ("gaussian",)
+    np.testing.assert_allclose(Painting((shown,)).frame(CAMERA).rgb, PLAIN.rgb, atol=1e-5)
+
+
 def test_the_soft_brush_is_fitted_as_the_kernel_is():
     assert soft_brush().fitted_sigmas == KERNEL.num_sigmas

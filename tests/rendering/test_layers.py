@@ -116,6 +116,14 @@ def test_a_matte_says_which_stroke_covers_a_pixel():
     assert layers["stroke"].rows[0, 0, 0] == -1
 
 
+def test_mattes_name_coats_of_one_name_and_plain_gaussians():
+    strokes = bg.Gaussians([[-1, 0, 0]], [[1, 0, 0, 0]], [[0.4, 0.4, 0.1]], [1.0], [[[0, 0, 0]]])
+    first, second = (Coat("strokes", replace(strokes, means=[[x, 0, 0]]), FLAT, OPTIONS) for x in (-1, 0))
+    painting = Painting((first, second.showing(replace(strokes, means=[[1, 0, 0]]))))
+    layers = painting.frame(CAMERA, wanted=Wanted(("stroke", "id"))).layers
+    assert layers["stroke"].names == ("strokes_0", "strokes2_0", "scene")
+
+
 def name_at(matte: Matte, place):
     return matte.names[matte.rows[place][0]]
 
@@ -212,6 +220,9 @@ def test_normals_are_those_of_the_planes_toward_the_camera():
     flipped = replace(strokes, quats=quats)
     again = painting_of(flipped).frame(camera, wanted=Wanted(("normal",)))
     np.testing.assert_allclose(again.layers["normal"], frame.layers["normal"], atol=1e-5)
+    shown = Coat("strokes", strokes.take(slice(20)), FLAT, OPTIONS).showing(strokes.take(slice(20, 40)))
+    among = Painting((shown,)).frame(camera, wanted=Wanted(("normal",)))
+    assert np.abs(among.layers["normal"][among.alpha > 0] - expected).max() < 1e-5
 
 
 # Deep samples

@@ -4,12 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.rendering.coat import Coat
 from brushgs.rendering.motion import AT_REST, COLOR, OPACITY, SHIFT, SIZE, TURN, Pose, StrokeMotion, new_table
+from brushgs.rendering.nested import Nested
+from brushgs.rendering.options import RenderOptions
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
 from tests.kit.for_each import for_each
 from tests.passes.scenes import columns_of, random_gaussians
 from tests.rendering.moving_strokes import turn_about, with_ids
+
+FLAT = StrokeTexture.open("flat")
 
 
 def strokes_of(n=6, dtype=np.float64, **columns):
@@ -40,6 +46,9 @@ def test_a_pose_moves_strokes_as_one_body_around_the_pivot(dtype):
     np.testing.assert_allclose(turned, R @ rotation_matrices(strokes.quats), atol=1e-6)
     assert moved.means.dtype == dtype
     np.testing.assert_allclose(pose.turned(strokes, strokes.means), strokes.means @ R.T, atol=1e-5)
+    nested = Nested(strokes.means, np.ones(6), np.ones(6))
+    coat = Coat("lines", strokes, FLAT, RenderOptions.of(FLAT), nested=nested).posed(pose)
+    np.testing.assert_allclose(coat.nested.gaps, strokes.means @ R.T, atol=1e-5)
 
 
 def test_opacity_is_a_factor_and_colour_is_added():

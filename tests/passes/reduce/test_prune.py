@@ -38,6 +38,11 @@ def test_equal_weights_fall_back_to_the_row(weight):
     assert_same(prune(scene, 0.4, weight=weight), scene.take(slice(0, 4)))
 
 
+def test_nothing_is_pruned_by_itself_where_each_holds_more_than_can_be_lost():
+    scene = random_gaussians(5).take(np.zeros(5, dtype=int))
+    assert prune(scene) is scene
+
+
 def test_paper_weight_is_opacity_times_trace_times_luminance():
     scene = random_gaussians(7)
     red, green, blue = np.clip(0.5 + 0.28209479177387814 * scene.sh[:, 0], 0, 1).T
