@@ -1,5 +1,6 @@
 """Films of moving scenes: strokes follow what they paint, and frames do not depend on each other."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -145,6 +146,14 @@ def test_there_and_back_is_a_loop_that_repeats_pictures_and_a_fading_one_has_no_
     assert len(pictures) == 6
     steps = np.abs(pictures - np.roll(pictures, -1, axis=0)).mean(axis=(1, 2, 3))
     assert max(steps) < 2.5 * np.median(steps), "the film has a jump"
+
+
+def test_while_nothing_moves_one_picture_serves_all_frames(tmp_path):
+    frame = {"transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 6], [0, 0, 0, 1]]}
+    views, file = {"camera_angle_x": 1.2, "w": 64, "h": 48, "frames": [frame] * 10}, tmp_path / "views.json"
+    file.write_text(json.dumps(views))
+    report = paint(tmp_path / "%02d.png", path=PathConfig(file=file, fps=12))
+    assert stages(report)["paint"].skipped == ["3 frames: nothing moves, they equal those before"]
 
 
 def test_every_mark_moves_with_a_stroke_and_a_backdrop_rests():

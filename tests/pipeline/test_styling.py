@@ -17,10 +17,13 @@ from brushgs.options.painting import (
     StrokesConfig,
     ViewConfig,
 )
-from brushgs.options.styling import StyleConfig
+from brushgs.options.styling import AdjustConfig, StyleConfig
+from brushgs.pipeline.color_changes import adjust_change
+from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life_camera
+from brushgs.values.sh import base_colors
 from brushgs.values.style import Style, StyleEdit
 from tests.kit.commands import refused, run
 from tests.kit.for_each import for_each
@@ -81,6 +84,25 @@ def test_an_affine_style_is_a_map_of_the_picture_the_dial_and_the_mix_are_linear
         for config in (PAINT, config_of("larger.style:0.5", place))
     )
     np.testing.assert_allclose(large, small * np.exp(0.25), rtol=1e-5)
+
+
+def test_what_lies_around_a_scene_takes_the_style_too(place):
+    coats = [
+        prepare(SCENE, c, Report()).painting.coats[0] for c in (PAINT, config_of("negative.style", place))
+    ]
+    assert [coat.name for coat in coats] == [BACKDROP, BACKDROP]
+    plain, negative = (base_colors(coat.strokes.sh) for coat in coats)
+    np.testing.assert_allclose(negative, 1 - plain, atol=1e-3)
+
+
+def test_a_change_is_fitted_once_to_the_first_strokes_there_are():
+    change = adjust_change(AdjustConfig(contrast=1.5))
+    assert len(change(SCENE.take(slice(0)))) == 0
+    assert change.map is None
+    change(SCENE.take(slice(500)))
+    fitted = change.map
+    change(SCENE)
+    assert change.map is fitted
 
 
 def test_the_command_line_says_the_same(scene, place, folder, capsys):
