@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from brushgs.options.where import Where, WhereConfig
 from brushgs.outlets.glb.write import omitted
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
@@ -47,6 +48,18 @@ def test_each_look_has_its_marks_on_a_ground_that_hides(paintings):
     assert coats(paintings["stippling"])["dots"].nested.is_round
     for painting in paintings.values():
         assert coats(painting)["ground"].effect is not None
+
+
+def test_a_part_in_ink_is_painted_over_the_rest_as_it_is():
+    config = replace(
+        blind("ink", 60, (64, 36), strokes={"focus": None}), painted=WhereConfig(Where.parse("half:1,0,0,0"))
+    )
+    found = coats(prepare(SCENE, config, Report(), views=CAMERA, asks=PICTURE).painting)
+    rest, ground = found["unpainted"], found["ground"]
+    assert (len(rest.strokes), len(rest.plain), rest.effect) == (0, int((SCENE.means[:, 0] < 0).sum()), None)
+    assert ground.effect is not None
+    assert ground.plain is None
+    assert ground.tolerance == config.media.behind
 
 
 def test_ink_is_black_and_white_with_a_sixth_of_solid_black(paintings):
