@@ -10,6 +10,8 @@ from brushgs.formats import read_scene
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
+from brushgs.options.rules import Rule, Rules
+from brushgs.options.where import Where
 from brushgs.outlets.passes import cluster_file, prune_file
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_file
@@ -63,3 +65,7 @@ def test_strokes_keep_their_brushes_in_a_file_and_are_painted_the_same(scene, tm
     for stroke in ("flat,dab", "ink", "swirl,filbert"):
         report = paint_file(path, tmp_path / "a.png", config(stroke, cluster=ClusterConfig()))
         assert ("brushes" not in stages(report)) == (stroke == "ink")
+    usual = config(brushes=BrushesConfig(are_usual=True), cluster=ClusterConfig())
+    ruled = replace(usual, rules=Rules((Rule(Where.parse("half:1,0,0,0"), brushes=("ink",)),)))
+    for asked, are_kept in ((usual, True), (ruled, False)):
+        assert ("stored brushes" in stages(paint_file(path, tmp_path / "a.png", asked))) == are_kept
