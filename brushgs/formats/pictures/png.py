@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.core.threads import in_turn, num_threads_or_default
-from brushgs.formats.files import replacing, scratch_folder
+from brushgs.errors import SceneError
+from brushgs.formats.files import replacing
 from brushgs.formats.pictures.metadata import described
 from brushgs.formats.pictures.oiio import Background, Strips, rows_of, write_pixels
 from brushgs.formats.pictures.panorama import panorama_packet
@@ -41,21 +42,24 @@ def write_png(
     """See `write_frame`."""
     height, width = (frame.height, frame.width) if isinstance(frame, Strips) else frame.alpha.shape
     channels = 4 if background is None else 3
-    head = _head(width, height, channels, bits, shot)
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        file.write(_SIGNATURE + head)
-        file.writelines(_pixel_chunks(rows_of(frame, background, bits), channels * bits // 8))
-        file.write(_chunk(b"IEND", b""))
+    with replacing(path) as temporary:
+        try:
+            head = _head(temporary, (width, height), channels, bits, shot)
+        except SceneError as error:
+            fault = str(error).removeprefix(f"{temporary}: ").replace(str(temporary), str(path))
+            raise SceneError(path, fault) from None
+        with temporary.open("wb") as file:
+            file.write(_SIGNATURE + head)
+            file.writelines(_pixel_chunks(rows_of(frame, background, bits), channels * bits // 8))
+            file.write(_chunk(b"IEND", b""))
 
 
-def _head(width: int, height: int, channels: int, bits: int, shot: Shot | None) -> bytes:
-    """The chunks before the pixels."""
-    attributes = {"oiio:UnassociatedAlpha": 1, **described(shot)}
-    with scratch_folder() as folder:
-        one = folder / "pixel.png"
-        pixel = np.zeros((1, 1, channels), np.uint8 if bits == 8 else np.uint16)
-        write_pixels(one, "png", pixel, ("R", "G", "B", "A")[:channels], attributes)
-        written = one.read_bytes()
+def _head(scratch: Path, size_px: tuple[int, int], channels: int, bits: int, shot: Shot | None) -> bytes:
+    """The chunks before the pixels; the file `scratch` is overwritten."""
+    (width, height), attributes = size_px, {"oiio:UnassociatedAlpha": 1, **described(shot)}
+    pixel = np.zeros((1, 1, channels), np.uint8 if bits == 8 else np.uint16)
+    write_pixels(scratch, "png", pixel, ("R", "G", "B", "A")[:channels], attributes)
+    written = scratch.read_bytes()
     begin = len(_SIGNATURE) + 12 + 13  # behind IHDR
     size = struct.pack(">IIBBBBB", width, height, bits, _COLOR_TYPES[channels], 0, 0, 0)
     tags = b"" if shot is None or shot.panorama is None else panorama_packet(shot.panorama, width, height)
