@@ -7,17 +7,19 @@ it turns with the camera as the stage does.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from brushgs.passes.add.stage_place import Place
 from brushgs.passes.add.stage_surface import Spots, Surface
-from brushgs.passes.style.transport import FlatColors
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of
 from brushgs.values.style import MarkDictionary, StyleStage
+
+if TYPE_CHECKING:
+    from brushgs.passes.style.transport import FlatColors
 
 TABLE = 0.3  # of the height of a map, that lies on the table
 COVE = 0.3  # of the way from the table to the wall, that counts as table
@@ -43,7 +45,7 @@ class Part:
     color: float
     direction: float
     marks: MarkDictionary | None = None
-    inks: FlatColors | None = None
+    inks: "FlatColors | None" = None
 
 
 @dataclass(frozen=True, eq=False)
