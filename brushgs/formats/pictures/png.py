@@ -47,7 +47,7 @@ def write_png(
             head = _head(temporary, (width, height), channels, bits, shot)
         except SceneError as error:
             fault = str(error).removeprefix(f"{temporary}: ").replace(str(temporary), str(path))
-            raise SceneError(path, fault) from None
+            raise SceneError(path, fault) from error.__cause__
         with temporary.open("wb") as file:
             file.write(_SIGNATURE + head)
             file.writelines(_pixel_chunks(rows_of(frame, background, bits), channels * bits // 8))
