@@ -48,7 +48,7 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
     marked = [(marks, share) for _, marks, share in drawn]
     found: dict[str, dict[str, Any]] = {step: dict(of_step) for step, of_step in values.items()}
     broken = [(_broken_color(style, marks), share) for style, marks, share in drawn]
-    lit = [(marks.relief, share) for marks, share in marked if marks.relief > 0]
+    lit = [((1 - style.flatness) * marks.relief, share) for style, marks, share in drawn if marks.relief > 0]
     # A print has neither ridges of paint nor a canvas.
     flat = sum(share * style.flatness for style, _, share in drawn)
     if flat > 0:

@@ -11,6 +11,7 @@ from brushgs.passes.style.marks import learn_marks
 from brushgs.passes.style.palette import learn_palette
 from brushgs.passes.style.quilt import COLUMNS, ROWS, learn_stage
 from brushgs.passes.style.transport import flat_colors
+from brushgs.pipeline.style_values import style_values
 from brushgs.values.colors import oklab_of
 from brushgs.values.style import Style, StyleMarks
 
@@ -95,6 +96,8 @@ def test_a_print_is_laid_in_few_tones_and_calm_marks_and_paint_is_not():
     one = Style("print", learn_palette(image), marks, lines=learn_lines(image, MARKS))
     assert one.flatness > 0.5
     assert replace(one, lines=None).flatness == 0  # smooth paint without contours
+    raised = replace(one, marks=replace(marks, relief=0.9))  # a scan whose paper shows
+    assert style_values([(raised, 1.0)], {})["light"]["relief"] == pytest.approx(0.9 * (1 - one.flatness))
     greys = np.linspace(0, 1, 101)[:, None] * np.ones(3)
     before, after = (oklab_of(rgb) for rgb in (greys, flat_colors(one).colors(greys)))
     assert len(np.unique(after[:, 0].round(2))) < 0.7 * len(np.unique(before[:, 0].round(2)))
