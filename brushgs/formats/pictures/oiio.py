@@ -19,7 +19,7 @@ from brushgs.formats.files import replacing
 from brushgs.values.arrays import Array
 from brushgs.values.frame import Frame
 
-_HEADER = 1 << 12  # bytes of a file beside its pixels, at most
+HEADER = 1 << 12  # bytes of a file beside its pixels, at most
 # Without a date OpenImageIO writes the current time, and equal frames would give different bytes.
 NO_DATE = "1970:01:01 00:00:00"
 Background = Sequence[float] | Array | None  # one RGB colour or [H, W, 3], display-encoded; None for none
@@ -80,7 +80,7 @@ def write_frame_as(
     names = ("R", "G", "B", "A") if background is None else ("R", "G", "B")
     height, width = (frame.height, frame.width) if isinstance(frame, Strips) else frame.alpha.shape
     rows = rows_of(frame, background, bits)
-    _write_rows(path, format_name, rows, (height, width, f"uint{bits}"), names, attributes, lambda path: True)
+    _write_rows(path, format_name, rows, (height, width, f"uint{bits}"), names, attributes)
 
 
 def rows_of(
@@ -121,9 +121,28 @@ def _write_rows(
     shape: tuple[int, int, str],
     names: tuple[str, ...],
     attributes: Mapping[str, Any],
-    finish: Callable[[Path], bool],
+    finish: Callable[[Path], bool] = lambda path: True,
 ) -> None:
     """Write blocks of rows from the top; `shape` is height, width and dtype."""
+    height, width, dtype = shape
+    size = height * width * len(names) * np.dtype(dtype.replace("float", "float32")).itemsize
+    # An interrupted encoder prints errors to the terminal.
+    with defer_stop(), replacing(path, most=size + HEADER) as temporary:
+        encode_rows(temporary, path, format_name, rows, shape, names, attributes)
+        if not finish(temporary):
+            raise SceneError(path, "cannot be written completely; check the space on the disk")
+
+
+def encode_rows(
+    temporary: Path,
+    path: str | Path,
+    format_name: str,
+    rows: Iterator[NDArray[Any]],
+    shape: tuple[int, int, str],
+    names: tuple[str, ...],
+    attributes: Mapping[str, Any],
+) -> None:
+    """Write blocks of rows to a temporary file; errors name `path`. Arguments as for `_write_rows`."""
     import OpenImageIO
 
     height, width, dtype = shape
@@ -135,17 +154,13 @@ def _write_rows(
         spec.attribute(name, value)
     out = OpenImageIO.ImageOutput.create(format_name)
     assert out is not None, "the formats of the table are part of every build of OpenImageIO"
-    # An interrupted encoder prints errors to the terminal.
-    with defer_stop(), replacing(path, most=spec.image_bytes() + _HEADER) as temporary:
-        is_written, row = out.open(str(temporary), spec), 0
-        while is_written and (pixels := next(rows, None)) is not None:
-            end = row + len(pixels)
-            is_written = out.write_scanlines(row, end, 0, np.ascontiguousarray(pixels))
-            row = end
-        if not (out.close() and is_written):
-            raise not_written(path, temporary, out)
-        if not finish(temporary):
-            raise SceneError(path, "cannot be written completely; check the space on the disk")
+    is_written, row = out.open(str(temporary), spec), 0
+    while is_written and (pixels := next(rows, None)) is not None:
+        end = row + len(pixels)
+        is_written = out.write_scanlines(row, end, 0, np.ascontiguousarray(pixels))
+        row = end
+    if not (out.close() and is_written):
+        raise not_written(path, temporary, out)
 
 
 def not_written(path: str | Path, temporary: Path, out: Any) -> SceneError:

@@ -15,13 +15,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.core.signals import defer_stop
 from brushgs.core.threads import in_turn, num_threads_or_default
-from brushgs.errors import SceneError
 from brushgs.formats.files import replacing
 from brushgs.formats.pictures.metadata import described
-from brushgs.formats.pictures.oiio import Background, Strips, rows_of, write_pixels
+from brushgs.formats.pictures.oiio import HEADER, Background, Strips, encode_rows, rows_of
 from brushgs.formats.pictures.panorama import panorama_packet
 from brushgs.values.frame import Frame
+from brushgs.values.png import COLOR_TYPES, SIGNATURE, chunk
 from brushgs.values.shot import Shot
 
 # Renders of koala at 1280x720: a third to a half of the time of level 6 and the best of all filters, files
@@ -29,7 +30,6 @@ from brushgs.values.shot import Shot
 _LEVEL, _MEAN_FILTER = 4, 3
 _BAND = 1 << 20  # bytes deflated at a time; independent bands of this size cost 0.1 % of the file
 _ADLER = 65521  # modulus of the checksum, RFC 1950
-_SIGNATURE, _COLOR_TYPES = b"\x89PNG\r\n\x1a\n", {3: 2, 4: 6}
 _STREAM = zlib.compress(b"", _LEVEL)[:2]  # the header of the stream
 _LAST_BLOCK = b"\x03\x00"  # an empty one
 
@@ -42,29 +42,29 @@ def write_png(
     """See `write_frame`."""
     height, width = (frame.height, frame.width) if isinstance(frame, Strips) else frame.alpha.shape
     channels = 4 if background is None else 3
-    with replacing(path) as temporary:
-        try:
-            head = _head(temporary, (width, height), channels, bits, shot)
-        except SceneError as error:
-            fault = str(error).removeprefix(f"{temporary}: ").replace(str(temporary), str(path))
-            raise SceneError(path, fault) from error.__cause__
+    with replacing(path, most=HEADER) as temporary:
+        with defer_stop():
+            head = _head(temporary, path, (height, width), channels, bits, shot)
         with temporary.open("wb") as file:
-            file.write(_SIGNATURE + head)
+            file.write(SIGNATURE + head)
             file.writelines(_pixel_chunks(rows_of(frame, background, bits), channels * bits // 8))
-            file.write(_chunk(b"IEND", b""))
+            file.write(chunk(b"IEND", b""))
 
 
-def _head(scratch: Path, size_px: tuple[int, int], channels: int, bits: int, shot: Shot | None) -> bytes:
-    """The chunks before the pixels; the file `scratch` is overwritten."""
-    (width, height), attributes = size_px, {"oiio:UnassociatedAlpha": 1, **described(shot)}
-    pixel = np.zeros((1, 1, channels), np.uint8 if bits == 8 else np.uint16)
-    write_pixels(scratch, "png", pixel, ("R", "G", "B", "A")[:channels], attributes)
+def _head(
+    scratch: Path, path: str | Path, shape: tuple[int, int], channels: int, bits: int, shot: Shot | None
+) -> bytes:
+    """The chunks before the pixels; the file `scratch` is overwritten, and errors name `path`."""
+    (height, width), attributes = shape, {"oiio:UnassociatedAlpha": 1, **described(shot)}
+    dtype, names = f"uint{bits}", ("R", "G", "B", "A")[:channels]
+    pixel = iter([np.zeros((1, 1, channels), dtype)])
+    encode_rows(scratch, path, "png", pixel, (1, 1, dtype), names, attributes)
     written = scratch.read_bytes()
-    begin = len(_SIGNATURE) + 12 + 13  # behind IHDR
-    size = struct.pack(">IIBBBBB", width, height, bits, _COLOR_TYPES[channels], 0, 0, 0)
+    begin = len(SIGNATURE) + 12 + 13  # behind IHDR
+    size = struct.pack(">IIBBBBB", width, height, bits, COLOR_TYPES[channels], 0, 0, 0)
     tags = b"" if shot is None or shot.panorama is None else panorama_packet(shot.panorama, width, height)
-    packet = _chunk(b"iTXt", b"XML:com.adobe.xmp" + bytes(5) + tags) if tags else b""
-    return _chunk(b"IHDR", size) + packet + written[begin : _first_pixels(written, begin)]
+    packet = chunk(b"iTXt", b"XML:com.adobe.xmp" + bytes(5) + tags) if tags else b""
+    return chunk(b"IHDR", size) + packet + written[begin : _first_pixels(written, begin)]
 
 
 def _first_pixels(written: bytes, start: int) -> int:
@@ -94,10 +94,10 @@ def _pixel_chunks(strips: Iterator[NDArray[np.uint8] | NDArray[np.uint16]], step
 
         for content, own, count in in_turn(deflated, starts, at_once=num_threads_or_default(None)):
             checksum = _joined(checksum, own, count)
-            yield _chunk(b"IDAT", begin + content)
+            yield chunk(b"IDAT", begin + content)
             begin = b""
         above = rows[-1:].copy()
-    yield _chunk(b"IDAT", begin + _LAST_BLOCK + struct.pack(">I", checksum))
+    yield chunk(b"IDAT", begin + _LAST_BLOCK + struct.pack(">I", checksum))
 
 
 def _bytes_of(pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> Rows:
@@ -124,12 +124,3 @@ def _joined(first: int, second: int, count: int) -> int:
     low = (first_low + second_low - 1) % _ADLER
     high = ((first >> 16) + (second >> 16) + count * (first_low - 1)) % _ADLER
     return high << 16 | low
-
-
-def _chunk(kind: bytes, content: bytes) -> bytes:
-    return (
-        struct.pack(">I", len(content))
-        + kind
-        + content
-        + struct.pack(">I", zlib.crc32(content, zlib.crc32(kind)))
-    )
