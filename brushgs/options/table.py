@@ -317,19 +317,19 @@ class Row:
                 raise ValueError(f"must be one of {known}, got {shown(text)}{hint_for(text, self.choices)}")
             return text
         kind = self.kinds[0]
-        if kind is bool:
-            return on_off(text)
-        if kind is int:
-            return count(text, int(self.option.ge or 0))
+        if get_origin(kind) is tuple:
+            return self._read_items(text, get_args(kind))
         if kind is float:
             return self._held(parse_share(text) if self.option.takes_percent else number(text))
-        if get_origin(kind) is tuple:
-            items = get_args(kind)
-            if items[0] is float and items[1:] != (...,):
-                return self._held(numbers(text, len(items)))
-            words = tuple(word.strip() for word in text.split(","))
-            return tuple(count(word, 1) for word in words) if items[0] is int else words
-        return Path(text) if kind is Path else text
+        if kind is int:
+            return count(text, int(self.option.ge or 0))
+        return on_off(text) if kind is bool else Path(text) if kind is Path else text
+
+    def _read_items(self, text: str, kinds: tuple[Any, ...]) -> tuple[Any, ...]:
+        if kinds[0] is float and kinds[1:] != (...,):
+            return tuple(self._held(numbers(text, len(kinds))))
+        words = tuple(word.strip() for word in text.split(","))
+        return tuple(count(word, 1) for word in words) if kinds[0] is int else words
 
     def _held(self, value: Any) -> Any:
         """Numbers as stored: angles in radians."""
@@ -352,8 +352,8 @@ class Row:
             return _named_elsewhere(self.option.make, given)
         if isinstance(given, str) and (self.option.read is not None or not is_strict):
             return self.read(given)
-        if not is_strict and self.kinds[0] is str and isinstance(given, list | tuple | Path):
-            given = ",".join(map(str, given)) if not isinstance(given, Path) and given else str(given)
+        if not is_strict and self.kinds[0] is str:
+            given = _as_text(given)
         has_form = self.option.read is not None and get_origin(self.kinds[0]) is not tuple
         if is_strict and has_form and self.kinds[0] not in (int, float, bool, str):
             raise ValueError(f"must be text in quotes, got {shown(given)}")
@@ -363,6 +363,13 @@ class Row:
             if is_strict or self.option.read is None or isinstance(given, bool | Mapping):
                 raise
         return self.read(self.text_of(tuple(given) if isinstance(given, list) else given))
+
+
+def _as_text(given: Any) -> Any:
+    """Items as text with commas, a path as text; anything else as it is."""
+    if isinstance(given, list | tuple) and given:
+        return ",".join(map(str, given))
+    return str(given) if isinstance(given, list | tuple | Path) else given
 
 
 class _Table(dict[type, tuple[Row, ...]]):

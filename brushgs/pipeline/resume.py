@@ -48,6 +48,22 @@ def describe_options(
 ) -> dict[str, Any]:
     """The options that frames depend on, known before any work: name -> number, text or None."""
     along_path = grow is None or grow.is_along_path
+    moving: dict[str, Any] = {
+        "lock": config.draw.lock_of(along_path=along_path, is_spherical=config.projection.is_spherical),
+        "order": config.draw.order_of(along_path=along_path),
+        "grow": None,
+    }
+    if grow is not None:
+        moving |= {"grow": grow.seconds, "fps": grow.rate}
+    if clip is not None:
+        moving |= {
+            f"clip {name}": None if value is None else str(value) for name, value in values_of(clip).items()
+        }
+    return {"version": __version__} | _of_painting(config) | moving
+
+
+def _of_painting(config: PaintConfig) -> dict[str, Any]:
+    """The options that every frame of a painting depends on."""
     steps = values_of(config.prune) | values_of(config.cluster) | values_of(config.draw)
     del steps["threads"]
     steps["keep"] = config.prune.share()
@@ -66,19 +82,7 @@ def describe_options(
         None if config.rules is None else digest(np.frombuffer(repr(config.rules.rules).encode(), np.uint8))
     )
     named = {"style": config.style, "rules": rules, "where": config.painted}
-    steps |= {name: str(part) for name, part in named.items() if part is not None}
-    moving: dict[str, Any] = {
-        "lock": config.draw.lock_of(along_path=along_path, is_spherical=config.projection.is_spherical),
-        "order": config.draw.order_of(along_path=along_path),
-        "grow": None,
-    }
-    if grow is not None:
-        moving |= {"grow": grow.seconds, "fps": grow.rate}
-    if clip is not None:
-        moving |= {
-            f"clip {name}": None if value is None else str(value) for name, value in values_of(clip).items()
-        }
-    return {"version": __version__} | steps | moving
+    return steps | {name: str(part) for name, part in named.items() if part is not None}
 
 
 def _changed(part: Options) -> str:

@@ -196,16 +196,19 @@ def paint_prepared(
     return report
 
 
+def _is_tracked(prepared: Prepared, lock: str) -> bool:
+    """Whether one field serves the whole path: strokes that move have fields by moment, spheres by face."""
+    rig = prepared.painting.rig
+    is_flat = rig is None or not rig.projection.is_spherical
+    return is_flat and (lock == "track" or (lock == "canonical" and prepared.moving is None))
+
+
 def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTrack | _GrowingTrack | None]":
     """Choose the stroke directions along the whole path, for each tracked coat."""
     with report.stage("track") as stage:
         cameras, coats = prepared.cameras, prepared.painting.coats
         lock = draw.lock_of(along_path=True)
-        rig = prepared.painting.rig
-        # Strokes that move have the fields of each moment, and each face of a sphere has those of its view.
-        is_tracked = lock == "track" or (lock == "canonical" and prepared.moving is None)
-        is_tracked &= rig is None or not rig.projection.is_spherical
-        tracked = [coat for coat in coats if is_tracked and coat.options.lock != "off"]
+        tracked = [coat for coat in coats if _is_tracked(prepared, lock) and coat.options.lock != "off"]
         num_strokes = sum(len(coat.strokes) for coat in tracked)
         stage.counts = {"lock": lock, "strokes": num_strokes, "frames": len(cameras)}
         if not tracked:

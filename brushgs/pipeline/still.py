@@ -82,22 +82,10 @@ def paint_file(
     """
     check_share(first)
     config, report, output = config or PaintConfig(), report or Report(), Path(output)
-    suffixes = PICTURE_SUFFIXES + DRAWING_SUFFIXES + LAYERED_SUFFIXES
-    check_output(output, suffixes, inputs=input_files(scene, config))
-    check_encoding(output, config)
-    if (is_drawing(output) or is_layered(output)) and not config.projection.is_plain:
-        cure = output.with_suffix(".png")
-        raise ValueError(
-            f"{output.name} holds the strokes of one pinhole camera, no sphere and no eyes; write {cure}"
-        )
-    if config.output.sidecar and origin is None:
-        raise ValueError("sidecar holds the metadata, which no-metadata omits; omit one")
-    if "motion" in config.output.layers:
-        raise ValueError("layers must not have motion in one picture, which has no next frame; omit it")
-    if is_drawing(output) and config.output.crop is not None:
-        raise ValueError(f"crop must be omitted for a drawing in lines, got {output.name}; write a picture")
+    inputs = input_files(scene, config)
+    _check_output(output, config, inputs, has_origin=origin is not None)
     if sheet is not None:
-        check_output(Path(sheet), PICTURE_SUFFIXES, inputs=(*input_files(scene, config), output))
+        check_output(Path(sheet), PICTURE_SUFFIXES, inputs=(*inputs, output))
     has_sheet = sheet is not None
     prepared = prepare(
         scene,
@@ -129,6 +117,23 @@ def paint_file(
         name = name_of(scene, prepared.notes)
         write_sheet_of(prepared, Path(sheet), config, report, name=name, origin=origin)
     return report
+
+
+def _check_output(output: Path, config: PaintConfig, inputs: tuple[Path, ...], *, has_origin: bool) -> None:
+    """Raise a ValueError if one picture cannot be written as the options say."""
+    check_output(output, PICTURE_SUFFIXES + DRAWING_SUFFIXES + LAYERED_SUFFIXES, inputs=inputs)
+    check_encoding(output, config)
+    if (is_drawing(output) or is_layered(output)) and not config.projection.is_plain:
+        cure = output.with_suffix(".png")
+        raise ValueError(
+            f"{output.name} holds the strokes of one pinhole camera, no sphere and no eyes; write {cure}"
+        )
+    if config.output.sidecar and not has_origin:
+        raise ValueError("sidecar holds the metadata, which no-metadata omits; omit one")
+    if "motion" in config.output.layers:
+        raise ValueError("layers must not have motion in one picture, which has no next frame; omit it")
+    if is_drawing(output) and config.output.crop is not None:
+        raise ValueError(f"crop must be omitted for a drawing in lines, got {output.name}; write a picture")
 
 
 def paint(

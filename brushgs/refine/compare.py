@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from brushgs.measure.likeness import SSIM_SIDE, flip, psnr, ssim
 from brushgs.measure.uiqm import BLOCK, uiqm
 from brushgs.values.arrays import Array
 from brushgs.values.colors import flatten
+
+if TYPE_CHECKING:
+    from brushgs.refine.perceptual import Network
 
 LEAST_SIDE = 16  # pixels: what every measure can be computed on
 _PAIRS: dict[str, tuple[str, Callable[[Array, Array], float]]] = {
@@ -140,20 +144,25 @@ def compare_pictures(
             found.missing[network.name] = sentence
             continue
         on_measure(network.name)
-        values = {}
-        if network.pair is not None:
-            distance = network.pair(weights)
-            for to, pairs in pictures.pairs(of_any_size=False):
-                values[to] = _mean([distance(*pair) for pair in pairs])
-        if network.embed is not None:
-            values = _cosines(pictures, network.embed(weights))
-        if network.alone is not None:
-            quality = network.alone(weights)
-            values["alone"] = _mean([quality(one) for one in pictures.painted])
-        _add(found, Figure(network.name, network.words, values))
+        _add(found, Figure(network.name, network.words, _values_of(network, weights, pictures)))
         for path in network.paths(weights):
             found.weights[str(path.relative_to(weights))] = hash_of(path)
     return found
+
+
+def _values_of(network: "Network", weights: Path, pictures: Pictures) -> dict[str, float | None]:
+    """What a network finds, by comparison."""
+    values: dict[str, float | None] = {}
+    if network.pair is not None:
+        distance = network.pair(weights)
+        for to, pairs in pictures.pairs(of_any_size=False):
+            values[to] = _mean([distance(*pair) for pair in pairs])
+    if network.embed is not None:
+        values = _cosines(pictures, network.embed(weights))
+    if network.alone is not None:
+        quality = network.alone(weights)
+        values["alone"] = _mean([quality(one) for one in pictures.painted])
+    return values
 
 
 def _cosines(pictures: Pictures, embed: Callable[[Array], Array]) -> dict[str, float | None]:

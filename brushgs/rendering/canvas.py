@@ -114,15 +114,19 @@ class Canvas:
         if self._sheets is not None:
             self._sheets.lay(coat, frame)
         if coat.blend == "glaze":
-            if self._frame is not None:
-                np.multiply(self._frame.rgb, frame.rgb, out=self._frame.rgb)
-            if self._tint is None:
-                self._tint = frame.rgb
-            else:
-                np.multiply(self._tint, frame.rgb, out=self._tint)
+            self._glaze(frame)
         else:
             self._frame = frame if self._frame is None else _over(frame, self._frame, self._hidden)
         return frame
+
+    def _glaze(self, glaze: Frame) -> None:
+        """Multiply what lies below by the colours of a glaze."""
+        if self._frame is not None:
+            np.multiply(self._frame.rgb, glaze.rgb, out=self._frame.rgb)
+        if self._tint is None:
+            self._tint = glaze.rgb
+        else:
+            np.multiply(self._tint, glaze.rgb, out=self._tint)
 
     def finish(self, lamp: "Lamp | None" = None) -> Frame:
         """The picture: opaque if the surface has a colour, lit if there is a lamp; see `layered`."""

@@ -20,6 +20,7 @@ from brushgs.values.sheets import Sheet
 if TYPE_CHECKING:
     from brushgs.rendering.wanted import Following, Wanted
     from brushgs.values.camera import Camera
+    from brushgs.values.paths import Paths
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,32 +64,38 @@ def with_layers(view: PaintedView, wanted: "Wanted") -> Frame:
     frame, layers = view.frame, _picture_layers(view, wanted)
     if not wanted.needs_strokes:
         return replace(frame, layers=layers, sheets=view.sheets)
-    paths = None
-    if wanted.paths:
-        from brushgs.rendering.paths import paths_of
-
-        ground = None
-        if view.is_opaque and view.rest is not None:
-            red, green, blue = np.asarray(view.rest.rgb, np.float64).reshape(-1, 3).mean(axis=0)
-            ground = float(red), float(green), float(blue)
-        paths = paths_of(view.laid, view.camera, ground, view.region_names)
-        if not (wanted.deep or wanted.layers):
-            return replace(frame, paths=paths)
+    paths = _paths(view) if wanted.paths else None
+    if paths is not None and not (wanted.deep or wanted.layers):
+        return replace(frame, paths=paths)
     marks = Marks(view.laid, view.camera, frame.rgb.dtype)
     mattes = _mattes(view, marks, wanted)
     normal = NormalMaker(marks) if "normal" in wanted.layers else None
     following = wanted.following if "motion" in wanted.layers else None
     places = PlaceMaker(marks, following, has_uv="uv" in wanted.layers)
     deep = DeepMaker(marks, view.rest, view.lighting) if wanted.deep else None
-    makers: list[Maker] = [*mattes.values()]
-    makers += [maker for maker in (normal, places if places.planes else None, deep) if maker is not None]
-    for rows, fragments in marks.bands():
-        for maker in makers:
-            maker.add(rows, fragments)
+    _fill(marks, [*mattes.values(), normal, places if places.planes else None, deep])
     if normal is not None:
         layers["normal"] = normal.normals
     layers |= places.planes | {name: matte.result() for name, matte in mattes.items()}
     return replace(frame, layers=layers, deep=None if deep is None else deep.result(), paths=paths)
+
+
+def _fill(marks: Marks, makers: "Sequence[Maker | None]") -> None:
+    """Show all fragments to those makers that there are."""
+    asked = [maker for maker in makers if maker is not None]
+    for rows, fragments in marks.bands():
+        for maker in asked:
+            maker.add(rows, fragments)
+
+
+def _paths(view: PaintedView) -> "Paths":
+    from brushgs.rendering.paths import paths_of
+
+    ground = None
+    if view.is_opaque and view.rest is not None:
+        red, green, blue = np.asarray(view.rest.rgb, np.float64).reshape(-1, 3).mean(axis=0)
+        ground = float(red), float(green), float(blue)
+    return paths_of(view.laid, view.camera, ground, view.region_names)
 
 
 def _picture_layers(view: PaintedView, wanted: "Wanted") -> dict[str, Layer]:

@@ -262,20 +262,10 @@ def fragments(
         for y, x in np.argwhere(seen.alpha >= MIN_ALPHA):
             pixel = (seen.window[0].start + y) * width + seen.window[1].start + x
             found[pixel].append((seen, float(seen.alpha[y, x]), float(seen.shade[y, x])))
+    softness = boxes.softness if is_soft else None
     pixels = []
     for own in found:
-        alphas = np.array([alpha for _, alpha, _ in own])
-        if is_soft and own:
-            assert boxes.softness is not None, "the soft order is that of softness"
-            softness = [0.0 if one.is_underpaint else float(boxes.softness[one.row]) for one, _, _ in own]
-            depths = np.array([one.depth for one, _, _ in own])
-            weights, _ = soft_weights(alphas, depths, np.array(softness), min_transmittance)
-        else:
-            weights, light = np.zeros(len(own)), 1.0
-            for i, alpha in enumerate(alphas):
-                if light * (1 - alpha) < min_transmittance:
-                    break
-                weights[i], light = light * alpha, light * (1 - alpha)
+        weights = _weights(own, softness, min_transmittance)
         pixels.append(
             [
                 Fragment(one.row, one.is_underpaint, float(weight), shade)
@@ -284,6 +274,23 @@ def fragments(
             ]
         )
     return pixels
+
+
+def _weights(
+    own: "list[tuple[_Layer, float, float]]", softness: NDArray[Any] | None, min_transmittance: float
+) -> F64:
+    """Weight of each fragment of a pixel, nearest first; in the soft order where `softness` is given."""
+    alphas = np.array([alpha for _, alpha, _ in own])
+    if softness is not None and own:
+        soft = np.array([0.0 if one.is_underpaint else float(softness[one.row]) for one, _, _ in own])
+        depths = np.array([one.depth for one, _, _ in own])
+        return soft_weights(alphas, depths, soft, min_transmittance)[0]
+    weights, light = np.zeros(len(own)), 1.0
+    for i, alpha in enumerate(alphas):
+        if light * (1 - alpha) < min_transmittance:
+            break
+        weights[i], light = light * alpha, light * (1 - alpha)
+    return weights
 
 
 def _glaze(boxes: Boxes, layers: Iterable["_Layer"], height: int, width: int) -> Frame:
@@ -421,13 +428,7 @@ def _layers(
     copies: _Copies = {}
     heights: _Copies = {}
     tints: _Copies = {}
-    order = [(depth, 0, row) for row, depth in enumerate(depths)]
-    if underpaint is not None and is_image:
-        assert boxes.setbacks is not None, "only boxes with setbacks have underpaint"
-        with np.errstate(over="ignore"):  # clamped to the largest number
-            behind = np.minimum(depths + boxes.setbacks.astype(np.float64), np.finfo(np.float64).max)
-        order += [(depth, 1, row) for row, depth in enumerate(behind)]
-    for depth, is_underpaint, row in sorted(order):
+    for depth, is_underpaint, row in _order(boxes, depths, underpaint is not None and is_image):
         filling, half, opacity = textures[brushes[row]], half_extents[row], opacities[row]
         if is_underpaint:
             assert underpaint is not None
@@ -448,12 +449,21 @@ def _layers(
             assert boxes.reliefs is not None, "only boxes with reliefs have a height"
             thickness, gain = boxes.reliefs[row].astype(np.float64)
             paint += thickness * (UNDERPAINT_THICKNESS if is_underpaint else 1)
-            if filling.kind == "image":
-                level = _height_of_box(filling, size, filter, heights)
-                paint += gain * (_sample(filling, level, s, t, filter) - 0.5)
+            paint += gain * _heights_in(filling, size, s, t, filter, heights)
         alpha = np.where(is_inside, alpha, 0)
         tint = None if filling.tint is None else _tint_of_box(filling, size, s, t, filter, tints)
         yield _Layer(row, bool(is_underpaint), float(depth), window, alpha, shade, paint, tint)
+
+
+def _order(boxes: Boxes, depths: F64, has_underpaint: bool) -> list[tuple[float, int, int]]:
+    """Depth, 1 for underpaint, and row of all that is painted, nearest first."""
+    order = [(depth, 0, row) for row, depth in enumerate(depths)]
+    if has_underpaint:
+        assert boxes.setbacks is not None, "only boxes with setbacks have underpaint"
+        with np.errstate(over="ignore"):  # clamped to the largest number
+            behind = np.minimum(depths + boxes.setbacks.astype(np.float64), np.finfo(np.float64).max)
+        order += [(depth, 1, row) for row, depth in enumerate(behind)]
+    return sorted(order)
 
 
 def _window(center: F64, half: F64, angle: np.float64, height: int, width: int) -> tuple[slice, slice] | None:
@@ -512,6 +522,13 @@ def _height_of_box(texture: StrokeTexture, half: F64, filter: Filter, copies: "_
     if (id(texture), u, v) not in copies:
         copies[id(texture), u, v] = level_height(paint_height(texture), texture.coverage, u, v)
     return copies[id(texture), u, v]
+
+
+def _heights_in(texture: StrokeTexture, half: F64, s: F64, t: F64, filter: Filter, copies: "_Copies") -> F64:
+    """Height of the paint in a box over its mean, -0.5 to 0.5."""
+    if texture.kind != "image":
+        return np.zeros_like(t)
+    return _sample(texture, _height_of_box(texture, half, filter, copies), s, t, filter) - 0.5
 
 
 def _tint_of_box(texture: StrokeTexture, half: F64, s: F64, t: F64, filter: Filter, copies: "_Copies") -> F64:

@@ -95,24 +95,20 @@ class Sphere:
             self._face(painting, face, turn, directions, wanted)
             for face, turn, directions in zip(self.faces(eye), self.turns, locked, strict=True)
         ]
-        smooth = {"rgb": [f.rgb for f in painted], "alpha": [f.alpha[..., None] for f in painted]}
-        for name in ("unlit", "paint"):
-            if name in painted[0].layers:
-                planes = [np.asarray(face.layers[name]) for face in painted]
-                smooth[name] = [plane.reshape(*plane.shape[:2], -1) for plane in planes]
+        smooth = _smooth(painted)
         mixed = self._split(smooth, self.resampled(_stacked(smooth)))
         depth = None
-        if painted[0].depth is not None:
-            depth = self.nearest([face.depth[..., None] * self._lengths() for face in painted])[..., 0]  # type: ignore[index]
+        depths = [face.depth for face in painted if face.depth is not None]
+        if depths:
+            depth = self.nearest([one[..., None] * self._lengths() for one in depths])[..., 0]
         layers: dict[str, Any] = {"paint": mixed["paint"][..., 0]} if "paint" in mixed else {}
         if "depth" in wanted.layers and depth is not None:
             layers["depth"] = depth
         if "normal" in wanted.layers:
-            normals = [
-                np.asarray(face.layers["normal"]) @ turn
-                for face, turn in zip(painted, self.turns, strict=True)
-            ]
-            layers["normal"] = self.nearest(normals)
+            turned = zip(painted, self.turns, strict=True)
+            layers["normal"] = self.nearest(
+                [np.asarray(face.layers["normal"]) @ turn for face, turn in turned]
+            )
         if "unlit" in mixed:
             layers["unlit"] = mixed["unlit"]
         return Frame(mixed["rgb"], mixed["alpha"][..., 0], depth, layers=layers)
@@ -214,6 +210,19 @@ class Sphere:
 def sphere_of(projection: ProjectionConfig, camera: Camera) -> Sphere:
     """The sphere whose picture has the size of the camera's."""
     return Sphere(camera.width, camera.height, pi if projection.stereo == "vr180" else 2 * pi)
+
+
+def _smooth(painted: Sequence[Frame]) -> dict[str, list[Array]]:
+    """The planes [side, side, C] of faces that are resampled smoothly, by name."""
+    smooth: dict[str, list[Array]] = {
+        "rgb": [face.rgb for face in painted],
+        "alpha": [face.alpha[..., None] for face in painted],
+    }
+    for name in ("unlit", "paint"):
+        if name in painted[0].layers:
+            planes = [np.asarray(face.layers[name]) for face in painted]
+            smooth[name] = [plane.reshape(*plane.shape[:2], -1) for plane in planes]
+    return smooth
 
 
 def _stacked(parts: dict[str, list[Array]]) -> list[Array]:

@@ -86,7 +86,7 @@ def test_a_damaged_comment_is_told_and_not_used(tmp_path, text):
     before, after = (tmp_path / "a.ply").read_bytes().split(b"element", 1)
     comments = "".join(f"{PREFIX}{text[i : i + 150]}\n" for i in range(0, len(text), 150))
     (tmp_path / "a.ply").write_bytes(before + comments.encode() + b"element" + after)
-    with pytest.warns(SceneWarning, match="the view in its header cannot be read .* framed anew"):
+    with pytest.warns(SceneWarning, match="the notes on its strokes .* cannot be read .* as any scene"):
         _, notes = read_scene(tmp_path / "a.ply")
     assert (notes.scene, notes.first_view, notes.is_strokes) == (None, None, True)
 

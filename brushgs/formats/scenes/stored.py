@@ -212,7 +212,8 @@ def read_stored(path: Path, read: Callable[[], Stored]) -> Stored:
     try:
         return read()
     except ValueError as error:
-        message = f"{path}: the view in its header cannot be read ({error}); the strokes are framed anew"
+        notes = "the notes on its strokes (view, brushes, order)"
+        message = f"{path}: {notes} cannot be read ({error}); it is read as any scene"
         warnings.warn(SceneWarning(message), stacklevel=3)
         return Stored()
 

@@ -172,10 +172,11 @@ def planned(
     report: Report,
 ) -> "tuple[Sequence[Camera], CameraPath | None, Film | None]":
     """The cameras; the path, one camera per frame; and the moments of a clip."""
-    film: Film | None = None
-    path: CameraPath | None = None
     if projection_config.is_spherical:
         view = replace(view, fov_y=SPHERE_FOV)
+    up = stance.up if stance is not None and projection_config.is_spherical and is_framed else None
+    film: Film | None = None
+    path: CameraPath | None = None
     if isinstance(views, PathConfig):
         if clip is not None and views.orbit is not None and views.fps is None:
             views = replace(views, fps=CLIP_FPS)
@@ -183,23 +184,30 @@ def planned(
         if clip is not None:
             film = clip.film(fps=path.fps, num_frames=len(path.cameras))
             path = replace(path, is_loop=path.is_loop and film.is_loop)
-        if projection_config.is_spherical and is_framed and stance is not None:
-            path = replace(path, cameras=[leveled(camera, stance.up) for camera in path.cameras])
+        path = replace(path, cameras=_leveled(path.cameras, up))
         cameras = path.cameras
     else:
         given = views if isinstance(views, Camera) else None
-        cameras = [choose_camera(stance, view, report, camera=given, is_composed=is_composed)]
-        if projection_config.is_spherical and is_framed and stance is not None:
-            cameras = [leveled(cameras[0], stance.up)]
-        if isinstance(views, GrowConfig):
-            path = _standing(cameras[0], views.num_frames, views.rate)
-        elif clip is not None:
-            film = clip.film()
-            path = replace(_standing(cameras[0], len(film.times), film.fps), is_loop=film.is_loop)
+        cameras = _leveled([choose_camera(stance, view, report, camera=given, is_composed=is_composed)], up)
+        path, film = _held(cameras[0], views, clip)
     _check_crop(output_config.crop, cameras[0])
     if path is not None and check_path is not None:
         check_path(path)
     return cameras, path, film
+
+
+def _leveled(cameras: list[Camera], up: "F64 | None") -> list[Camera]:
+    return cameras if up is None else [leveled(camera, up) for camera in cameras]
+
+
+def _held(camera: Camera, views: Views, clip: Clip | None) -> "tuple[CameraPath | None, Film | None]":
+    """The frames of a camera that stands still, if there are several, and their moments."""
+    if isinstance(views, GrowConfig):
+        return _standing(camera, views.num_frames, views.rate), None
+    if clip is None:
+        return None, None
+    film = clip.film()
+    return replace(_standing(camera, len(film.times), film.fps), is_loop=film.is_loop), film
 
 
 def _check_crop(crop: tuple[int, int, int, int] | None, camera: Camera) -> None:

@@ -155,7 +155,7 @@ def test_what_cannot_be_used_is_named(tmp_path, change, sentence):
     refuse(path, sentence)
 
 
-@pytest.mark.filterwarnings("ignore:.*the view in its header cannot be read")
+@pytest.mark.filterwarnings("ignore:.*the notes on its strokes .* cannot be read")
 def test_notes_that_are_damaged_are_left_out(tmp_path):
     stage, _ = stage_of_others(tmp_path / "a.usda")
     for notes in ("[" * 9999, "3", json.dumps({"turn": [0, 0, 0, 1], "scene": 3})):
