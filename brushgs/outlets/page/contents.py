@@ -93,9 +93,9 @@ class _Collected:
         self.arrays[name] = np.ascontiguousarray(array, dtype)
         return name
 
-    def column(self, coat: int, name: str, values: NDArray[Any]) -> str:
-        """Add a column as float16, or the dtype in `_DTYPES`; values are clamped to its range."""
-        dtype = _DTYPES.get(name, np.float16)
+    def column(self, coat: int, name: str, values: NDArray[Any], usual: type[np.generic]) -> str:
+        """Add a column as the dtype in `_DTYPES`, else the usual one; values are clamped to its range."""
+        dtype = _DTYPES.get(name, usual)
         if dtype == np.float16:
             values = np.clip(values, float(_HALF.min), float(_HALF.max))
         return self.add(f"coat{coat}.{name}", values, dtype)
@@ -166,10 +166,11 @@ def page_contents(
         paints, are left out.
     """
     collected = _Collected()
+    # The outlines of blacks follow tones to 1 in 100,000: half floats would move them.
     papers = [_paper(coat, collected) for coat in painting.coats]
     painting = in_page(painting)
     coats = [
-        _coat(number, coat, view.center, collected) | paper
+        _coat(number, coat, view.center, collected, np.float32 if paper["blacks"] else np.float16) | paper
         for number, (coat, paper) in enumerate(zip(painting.coats, papers, strict=True))
     ]
     surface = None if painting.surface is None else _surface(painting.surface, collected)
@@ -249,12 +250,17 @@ def _paper(coat: "Coat", collected: _Collected) -> dict[str, Any]:
 
     effect, blacks = coat.effect, _blacks(coat)
     if effect is not None and blacks is not None:
-        collected.omit(f"{effect.traits} have rougher outlines in the page, and small ones stay")
+        collected.omit(f"{effect.traits} have rougher outlines while the page moves, and small ones stay")
     elif effect is not None and not isinstance(effect, Blacks):
         collected.omit(f"{effect.traits} are not in the page: strokes lie one by one")
     colors = None
     if blacks is not None:
-        colors = {"threshold": blacks.threshold, "ink": list(blacks.ink), "paper": list(blacks.paper)}
+        colors = {
+            "threshold": blacks.threshold,
+            "leastArea": blacks.least_area,
+            "ink": list(blacks.ink),
+            "paper": list(blacks.paper),
+        }
     return {"isHiding": isinstance(effect, Blacks), "blacks": colors}
 
 
@@ -295,7 +301,9 @@ def coarse_to_fine(strokes: Gaussians) -> Rows:
     return np.argsort(-larger.prod(axis=1) * strokes.opacities, kind="stable")
 
 
-def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict[str, Any]:
+def _coat(
+    number: int, coat: "Coat", origin: F64, collected: _Collected, usual: type[np.generic]
+) -> dict[str, Any]:
     options = coat.options
     brush_set, strokes = BrushSet.of(coat.texture), shown_by(coat)
     is_image = brush_set.kind == "image"
@@ -309,7 +317,7 @@ def _coat(number: int, coat: "Coat", origin: F64, collected: _Collected) -> dict
         used = np.unique(brushes[rows].astype(np.intp))
         brush = np.searchsorted(used, brushes) if len(used) > 1 else None
     columns = _columns(coat, strokes, origin, brush)
-    arrays = {name: collected.column(number, name, values[rows]) for name, values in columns.items()}
+    arrays = {name: collected.column(number, name, values[rows], usual) for name, values in columns.items()}
     underpaint, relief = options.underpaint, options.relief
     plain = {}
     if is_image and len(brush_set) - 1 in used and len(strokes) > len(coat.strokes):

@@ -3,6 +3,7 @@
 const PIXEL_RATIO = 1.5; // of a picture that moves: strokes are large
 const MAX_PIXEL_RATIO = 2.5; // of one at rest, where the device is fast enough
 const RESTING_MS = 400; // that a picture at rest may take
+const WHOLE_MS = 150; // of rest, after which effects are made as a whole: that may take a second
 const FIRST = { share: 0.5, underpaintStep: SHARED.UNDERPAINT_STEP }; // of the first picture: it is there sooner
 const CONTEXT = { antialias: false, alpha: true, premultipliedAlpha: true, depth: false };
 const NO_WEBGL = "This browser cannot paint: it has no WebGL 2.";
@@ -24,6 +25,7 @@ class App {
     this._restingRatio = PIXEL_RATIO;
     this._isTimed = false; // whether it is known how long a picture at rest takes
     this._request = 0;
+    this._making = 0; // timer
     this._drawnAt = null; // ms, of the frame before in a movement
     this._onFrame = this._onFrame.bind(this);
     window.addEventListener("error", (event) => {
@@ -212,6 +214,7 @@ class App {
 
   _onFrame(now) {
     this._request = 0;
+    clearTimeout(this._making);
     if (!this.painter || this.isPaused) return;
     const seconds = this._drawnAt === null ? 1 / 60 : (now - this._drawnAt) / 1000;
     if (this._drawnAt !== null) this._pace.tell(seconds);
@@ -223,8 +226,8 @@ class App {
     const { share, underpaintStep } = isFirst ? FIRST : this._pace.now;
     try {
       if (isResting && !this._isTimed) this._findSharpest();
-      else if (isResting) this._paint(atMost(this._restingRatio));
-      else this._paint(share * atMost(PIXEL_RATIO), { ...this.look, underpaintStep });
+      else if (isResting) this._rest();
+      else this._paint(share * atMost(PIXEL_RATIO), { ...this.look, underpaintStep, isWhole: false });
     } catch (error) {
       this.painter = null; // the next frame would fail as well
       this.fail(error);
@@ -235,6 +238,16 @@ class App {
     if (isMoving || isFirst) this.invalidate();
     if (isFirst) this._shown();
     else this._onSharp();
+  }
+
+  /** Paint at rest; effects as a whole a little later, so that sliders and keys do not wait for them. */
+  _rest() {
+    const { hasEffects } = this.painter;
+    this._paint(atMost(this._restingRatio), { ...this.look, isWhole: !hasEffects });
+    if (!hasEffects) return;
+    this._making = setTimeout(() => {
+      if (this.painter && !this.isPaused) this._paint(atMost(this._restingRatio));
+    }, WHOLE_MS);
   }
 
   /** Paint at rest, and see whether the device is fast enough for all of its pixels. */

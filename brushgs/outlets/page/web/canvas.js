@@ -39,6 +39,7 @@ class Canvas {
     const isHalf = isFloat || gl.getExtension("EXT_color_buffer_half_float") !== null;
     Object.assign(this, { gl, notes: isHalf ? [] : [NO_FLOATS], _header: header });
     this._format = isHalf ? gl.RGBA16F : gl.RGBA8;
+    this._canMake = isHalf;
     Object.assign(this, planOf(header, isHalf));
     const format = isFloat ? gl.R32F : gl.R16F; // of the threads
     this._pattern = this._hasPattern ? new SurfacePattern(gl, surface.kind, surface.seed, format) : null;
@@ -66,11 +67,12 @@ class Canvas {
    * @param {object} picture `camera`, a PageCamera, or null where the lamp stands with the canvas; `width` and
    *     `height`, pixels; `x` and `y`, its lower left corner in the
    *     framebuffer `target`, null for that of the page; `ground`: true for that of the painting, false for
-   *     none, or [r, g, b]
+   *     none, or [r, g, b]; `isWhole`, whether effects are made as a whole, or coarsely
    */
-  begin({ camera = null, width, height, x = 0, y = 0, target = null, ground = true }) {
+  begin({ camera = null, width, height, x = 0, y = 0, target = null, ground = true, isWhole = true }) {
     const { gl, _picture: picture } = this;
-    Object.assign(picture, { width, height, x, y, target, ground, middle: camera ? camera.viewmat[11] : 0 });
+    const middle = camera ? camera.viewmat[11] : 0;
+    Object.assign(picture, { width, height, x, y, target, ground, middle, isWhole });
     if (this._isLit && camera) this._turnLamp(camera.viewmat);
     gl.disable(gl.BLEND);
     this._pattern?.resize(width, height);
@@ -149,15 +151,45 @@ class Canvas {
     this._bindTarget(isGlaze ? "tint" : "canvasAlone");
     if (isGlaze) gl.blendFuncSeparate(gl.ZERO, gl.SRC_COLOR, gl.ZERO, gl.ONE);
     else gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    this._layPass(this._lays[i].color, i, false);
+    const lays = this.isMade(i) ? this._madeLays(i) : this._lays[i];
+    this._layPass(lays.color, i, false);
     if (hasHeight || hasDepth) this._bindTarget("detail");
     for (const isHeight of [true, false]) {
       if (!(isHeight ? hasHeight : hasDepth)) continue;
       gl.colorMask(isHeight, !isHeight, false, false); // of the canvas below, they go on by different shares
-      this._layPass(this._lays[i].detail, i, isHeight);
+      this._layPass(lays.detail, i, isHeight);
     }
     gl.colorMask(true, true, true, true);
     gl.disable(gl.BLEND);
+  }
+
+  /** Whether a coat has an effect that can be made as a whole. */
+  get hasEffects() {
+    return this._canMake && this._plans.some(({ hasBlacks }) => hasBlacks);
+  }
+
+  /** Whether a coat has an effect that is made as a whole in this picture. */
+  isMade(i) {
+    return this._plans[i].hasBlacks && this._canMake && this._picture.isWhole;
+  }
+
+  /** Make a coat, from the boxes of its strokes, in its bound target. */
+  make(i, boxes, count) {
+    const { gl, _picture: { width, height, middle } } = this;
+    const painted = paintSoftly(boxes, count, width, height);
+    makeBlacks(this._header.coats[i].blacks, painted);
+    const { colors, depths } = painted, apart = new Float32Array(2 * depths.length);
+    depths.forEach((depth, k) => { apart[2 * k + 1] = colors[4 * k + 3] * (depth - middle); });
+    const { coat, coatDetail } = this._targets.textures;
+    this._upload(coat, gl.RGBA, colors);
+    this._upload(coatDetail, gl.RG, apart);
+  }
+
+  /** Fill the part of a texture that a picture has, from rows of which the upper one comes first. */
+  _upload(texture, format, numbers) {
+    const { gl, _picture: { width, height } } = this;
+    this._bindTexture(0, texture);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, format, gl.FLOAT, upsideDown(numbers, height));
   }
 
   /** Compose ground, glazes, paint and light in the target. */
@@ -199,6 +231,11 @@ class Canvas {
     this._pattern?.dispose();
     if (this._image) this.gl.deleteTexture(this._image.texture);
     for (const program of this._programs.values()) program.dispose();
+  }
+
+  /** The programs that lay a coat whose effect was made in its target. */
+  _madeLays(i) {
+    return this._layPrograms({ ...this._plans[i], isHiding: false, hasBlacks: false });
   }
 
   _layPrograms({ isDirect, isGlaze, isPressed, isHiding, hasBlacks, hasDetail }) {
@@ -491,6 +528,12 @@ function blurTaps(weights, deviation) {
   for (let k = -reach; k <= reach; k++) total += Math.exp(-0.5 * (k / Math.max(deviation, 1e-9)) ** 2);
   for (let k = 0; k <= reach; k++) weights[k] = Math.exp(-0.5 * (k / Math.max(deviation, 1e-9)) ** 2) / total;
   return reach;
+}
+
+function upsideDown(numbers, height) {
+  const width = numbers.length / height, result = new numbers.constructor(numbers.length);
+  for (let y = 0; y < height; y++) result.set(numbers.subarray(y * width, (y + 1) * width), (height - 1 - y) * width);
+  return result;
 }
 
 function newFramebuffer(gl, textures) {

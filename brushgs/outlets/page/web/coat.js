@@ -219,10 +219,11 @@ class CoatPainter {
     const { gl, count } = this;
     const texels = count * (this.header.shDegree + 1) ** 2;
     const rows = Math.max(1, Math.ceil(texels / TEXTURE_WIDTH));
-    const padded = new Uint16Array(3 * TEXTURE_WIDTH * rows);
+    const padded = new sh.constructor(3 * TEXTURE_WIDTH * rows);
     padded.set(sh);
     this._sh = newTexture(gl, gl.NEAREST);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGB16F, TEXTURE_WIDTH, rows, 0, gl.RGB, gl.HALF_FLOAT, padded);
+    const [format, type] = sh instanceof Float32Array ? [gl.RGB32F, gl.FLOAT] : [gl.RGB16F, gl.HALF_FLOAT];
+    gl.texImage2D(gl.TEXTURE_2D, 0, format, TEXTURE_WIDTH, rows, 0, gl.RGB, type, padded);
   }
 
   _setOrder(means, scales) {

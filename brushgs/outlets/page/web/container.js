@@ -125,8 +125,9 @@ function crc32(bytes) {
   return (crc ^ 0xffffffff) >>> 0;
 }
 
-/** Float32Array of the bits of float16. */
+/** Float32Array of the bits of float16, or of what is one. */
 function floatsOfHalves(halves) {
+  if (halves instanceof Float32Array) return halves;
   const floats = new Float32Array(halves.length);
   const bits = new Uint32Array(floats.buffer);
   for (let i = 0; i < halves.length; i++) {

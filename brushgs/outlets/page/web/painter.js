@@ -55,17 +55,20 @@ class Painter {
    *     would float before eyes that stand in the scene. Its ground is white where `ground` is true.
    *     underpaintStep: 0 for underpaint among the strokes, as `render` has it; else that of a coat is one layer
    *     below all strokes of the coat, with one pixel for so many along a side: most of the fragments are saved.
+   *     isWhole: whether effects of coats, such as spot blacks, are made as `render` does, which takes some tenths
+   *     of a second; else coarsely, by shaders.
    *     highlight: a `Part`, see highlight.js: a veil lies over what does not belong to it; null for none.
    */
   paint(camera, { head = camera, order = "depth", share = 1, brush = null, ground = true, target = null,
-    viewport = null, isBare = false, highlight = null, underpaintStep = 0 } = {}) {
+    viewport = null, isBare = false, highlight = null, underpaintStep = 0,
+    isWhole = !isBare } = {}) {
     const { gl, _drawing: drawing } = this;
     if (isBare) this._bareCanvas ??= new Canvas(gl, bareHeader(this.contents.header), this.contents.arrays);
     const canvas = isBare ? this._bareCanvas : this._canvas;
     const [x, y, width, height] = viewport ?? [0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight];
     const highlighter = highlight && (this._highlighter ??= new Highlighter(gl));
     highlighter?.begin(highlight, this._coats, width, height);
-    canvas.begin({ camera: head, width, height, x, y, target, ground });
+    canvas.begin({ camera: head, width, height, x, y, target, ground, isWhole });
     Object.assign(drawing, { order, share, brush, isBare });
     this._coats.forEach((coat, i) => {
       if (ground === false && coat.header.isBackdrop) return; // strokes alone, as --background transparent has
@@ -75,7 +78,8 @@ class Painter {
         canvas.laySoft(i);
         drawing.part = "strokes";
       }
-      coat.draw(camera, head, drawing);
+      if (canvas.isMade(i)) canvas.make(i, coat.boxes(camera, head, brush), coat.countOf(share));
+      else coat.draw(camera, head, drawing);
       highlighter?.add(i, coat, camera, head, drawing);
       canvas.lay(i);
     });
@@ -86,6 +90,11 @@ class Painter {
   /** Whether strokes are drawn a second time behind themselves. */
   get hasUnderpaint() {
     return this._coats.some((coat) => coat.hasUnderpaint);
+  }
+
+  /** Whether there are effects that take time where they are made as a whole. */
+  get hasEffects() {
+    return this._canvas.hasEffects;
   }
 
   /** Seconds that the painting moves; 0 where nothing does. */
