@@ -107,7 +107,7 @@ class TonalMedium(DrawingMedium, frozen=True):
     spacing: Annotated[Pair, in_files("distance of marks in the darkest tone, and not less in the lightest",
         ge=0.5, le=100, unit="px")] = (2.4, 5.5)
     width: Annotated[Pair, in_files("of marks in the darkest and in the lightest tone", ge=0.1, le=20,
-        unit="px")] = (1.4, 1.0)
+        unit="px")] = (1.9, 1.6)
     lightest: Annotated[float, share("tone from which paper is left white", flag=None)] = 0.6
     key: Key = 0.6
     # fmt: on

@@ -130,7 +130,7 @@ class Coat:
 
             boxes = fade_by_facing(boxes, camera, self.strokes, self.normals, is_one_sided=self.is_one_sided)
         if self.nested is not None:
-            boxes = self.nested.of(boxes, self.strokes, camera)
+            boxes = self.nested.of(boxes, self.strokes, camera, self.chains)
         if self.plain is None:
             return boxes, counts
         from brushgs.rendering.among import boxes_among

@@ -30,7 +30,8 @@ class Marking:
         spacing: between lines of marks, in widths of a mark.
         lightest: minimum shade of marks, 0 to 1.
         is_crossed: whether the dark is hatched in a second direction.
-        opacity: in full shade, 0 to 1; at `lightest` a third of it.
+        opacity: in full shade, 0 to 1; at `lightest` a third of it, unless marks are even.
+        is_even: whether marks are as opaque in the light, where there are fewer instead.
     """
 
     length: float
@@ -39,11 +40,12 @@ class Marking:
     lightest: float = 0.12
     is_crossed: bool = False
     opacity: float = 1.0
+    is_even: bool = False
 
 
-HATCHING = Marking(length=0.05, aspect=42.0, spacing=3.6, is_crossed=True)  # in ink
+HATCHING = Marking(length=0.05, aspect=34.0, spacing=3.4, is_crossed=True, is_even=True)  # in ink
 WASH = Marking(length=0.08, aspect=2.2, spacing=0.5, opacity=0.7)  # in watercolour: they run together
-EDGE_LENGTH, EDGE_ASPECT = 0.06, 40.0  # of lines along the edge of a table, as of a marking
+EDGE_LENGTH, EDGE_ASPECT = 0.06, 36.0  # of lines along the edge of a table, as of a marking
 
 
 def shadow_marks(
@@ -69,7 +71,7 @@ def shadow_marks(
         for turn, least in zip(turns, levels, strict=True)
     ]
     points, shades, angles = (np.concatenate(column) for column in zip(*parts, strict=True))
-    opacities = marking.opacity * np.clip(1 / 3 + shades, 0, 1)
+    opacities = marking.opacity * np.clip(1 / 3 + (2 / 3 if marking.is_even else 0) + shades, 0, 1)
     return _flat_marks(place, points, angles, length * (0.85 + 0.3 * g.random(len(points))), width, opacities)
 
 
@@ -116,7 +118,7 @@ def table_edge(place: Place, surface: Surface, cameras: Sequence[Camera], *, see
     along, around = np.interp(rho[drawn], surface.rho[:-1], surface.length[:-1]), around[drawn]
     points = at_lengths(surface, along, around)
     size = length * np.exp(g.normal(0, 0.2, len(points)))
-    opacities = 0.5 + 0.4 * g.random(len(points))
+    opacities = np.ones(len(points))
     return _flat_marks(place, points, around + 0.5 * np.pi, size, length / EDGE_ASPECT, opacities)
 
 

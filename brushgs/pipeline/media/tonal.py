@@ -22,6 +22,8 @@ from brushgs.values.sh import in_colors
 KEY_SPREAD = (0.12, 1.0)  # tones of the darkest and lightest stroke in the focus
 FINER = 0.4  # strength that lines in focus gain: more of them are drawn
 PRESS, LIGHT = 1.1, 0.92  # of lines: width by darkness, below a tone
+THIN = 0.5  # the least of it that is drawn
+SHORTEST_RUN = 16.0  # widths of a part of a line between lights: shorter ones are crumbs
 
 
 def keyed_tones(materials: Materials) -> F64:
@@ -130,17 +132,17 @@ def weighed_lines(materials: Materials, tones: F64) -> list[Coat]:
 
 
 def _weighed(coat: Coat, strokes: Gaussians, tones: F64) -> Coat:
-    side = tones[nearest_rows(strokes, coat.strokes)]
-    if coat.chains is not None:
-        side = _along(side, coat.chains)
+    assert coat.chains is not None, "lines have pieces"
+    side = _along(tones[nearest_rows(strokes, coat.strokes)], coat.chains)
     press = np.clip((LIGHT - side) * PRESS, 0, 1)
-    scales = coat.strokes.scales.copy()
-    order = np.argsort(-scales, axis=1)
-    rows = np.arange(len(scales))
+    order = np.argsort(-coat.strokes.scales, axis=1)
+    scales, rows = coat.strokes.scales.copy(), np.arange(len(order))
+    lengths, widths = (scales[rows, order[:, axis]] for axis in (0, 1))
+    runs = np.cumsum((np.diff(coat.chains, prepend=-1) != 0) | np.diff(press > 0, prepend=False))
+    is_drawn = (press > 0) & (np.bincount(runs, lengths / widths)[runs] > SHORTEST_RUN)
     for axis in (1, 2):
-        scales[rows, order[:, axis]] *= press
-    opacities = coat.strokes.opacities * (press > 0)
-    shown = replace(coat.strokes, scales=scales, opacities=opacities.astype(scales.dtype))
+        scales[rows, order[:, axis]] *= np.maximum(press, THIN)
+    shown = replace(coat.strokes, scales=scales, opacities=coat.strokes.opacities * is_drawn)
     return replace(coat, strokes=shown)
 
 
