@@ -181,6 +181,7 @@ class Blacks:
         shares += (1 - shares) * (1 - _by_area(~mask, 0.5 * least)) * ~mask  # small holes are filled likewise
         if self.softness:
             return self._thinning(tones, shares)
+        shares = np.asarray(shares > 0.5, np.float32)  # a still has no grey ones, half as large as the least
         near = ndimage.gaussian_filter(shares, SHARP * tones.scale, truncate=3.0)
         smooth = np.asarray(np.clip((near - 0.2) / 0.6, 0, 1), np.float32)
         whole = _without_small(smooth > LAID, least)  # smoothing may have cut a region into small pieces

@@ -7,7 +7,8 @@ is what the plain picture covers by half. Squinting is a blur by 3.5 % of the sh
 - charcoal: correlation of squinted L* of the drawing and of the plain picture over the subject, and the
   squinted range of the drawing from its 5th to its 95th percentile.
 - ink: median L* of the plain picture, share of what is drawn that is solid black, regions of black, median
-  length of hatching in px, and share of the ink in flecks of less than 40 px^2.
+  length of hatching in px, share of the middle tones within 6 px of hatching (middle is the fifth of the
+  subject around that median), and share of the ink in flecks of less than 40 px^2.
 - watercolour: share of the picture that is within 2.5 (CIELAB) of its paper, the darkest 2 % in L*, and the
   lost share of the outline: within 6 across 4 px to both sides.
 - stippling: PSNR in dB of the SVG, drawn by another renderer, to the PNG.
@@ -45,6 +46,7 @@ PICKED = "skull", "truck", "spinach", "koala", "campsite", "plant", "guitar"
 SAME, LOST = 2.5, 6.0  # CIELAB: what looks like the paper, and across a lost outline
 ACROSS = 4  # px from the outline to the places that are compared
 FLECK = 40  # px^2
+BESIDE, MARKED = 6, 0.1  # px from hatching, and how much darker than the ground its pixels are
 
 
 class Drawing:
@@ -83,7 +85,12 @@ def ink(drawing: Drawing) -> list[str]:
     """Blacks, hatching and flecks."""
     painting, camera = drawing.found.painting, drawing.found.camera
     coats = {coat.name: coat for coat in painting.coats}
-    laid = replace(painting, coats=(coats["ground"],), surface=None).with_depth(True).frame(camera)
+    laid, hatched = (
+        replace(painting, coats=tuple(coats[name] for name in names if name in coats), surface=None)
+        .with_depth(True)
+        .frame(camera)
+        for names in (("ground",), ("ground", "hatching", "crossed"))
+    )
     covered = laid.alpha > 0.5
     black = covered & (laid.rgb.mean(axis=2) < 0.4)
     regions = ndimage.label(black)[1]
@@ -96,9 +103,12 @@ def ink(drawing: Drawing) -> list[str]:
         own = np.bincount(coat.chains[boxes.ids], 2 * boxes.half_extents[:, 0])
         lengths = own[own > 0]
     hatch = f"{np.median(lengths):.0f}" if len(lengths) else "-"
-    median = np.median(drawing.plain[drawing.subject])
-    shares = f"{black.sum() / covered.sum():.1%}", str(regions), hatch, f"{flecks:.1%}"
-    return [f"{median:.0f}", *shares]
+    low, median, high = np.percentile(drawing.plain[drawing.subject], (40, 50, 60))
+    middle = drawing.subject & (drawing.plain >= low) & (drawing.plain <= high)
+    marked = laid.over((1, 1, 1)).mean(axis=2) - hatched.over((1, 1, 1)).mean(axis=2) > MARKED
+    beside = ndimage.distance_transform_edt(~marked) <= BESIDE
+    shares = f"{black.sum() / covered.sum():.1%}", str(regions), hatch, f"{beside[middle].mean():.0%}"
+    return [f"{median:.0f}", *shares, f"{flecks:.1%}"]
 
 
 def watercolour(drawing: Drawing) -> list[str]:
@@ -146,7 +156,7 @@ def stippling(drawing: Drawing) -> list[str]:
 
 FIGURES: dict[str, tuple[Callable[[Drawing], list[str]], str]] = {
     "charcoal": (charcoal, "correlation, range"),
-    "ink": (ink, "median L*, black, regions, hatch px, flecks"),
+    "ink": (ink, "median L*, black, regions, hatch px, middle hatched, flecks"),
     "watercolour": (watercolour, "paper, darkest 2 % L*, outline lost"),
     "stippling": (stippling, "SVG dB, MB"),
 }

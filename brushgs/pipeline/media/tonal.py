@@ -23,7 +23,7 @@ KEY_SPREAD = (0.12, 1.0)  # tones of the darkest and lightest stroke in the focu
 FINER = 0.4  # strength that lines in focus gain: more of them are drawn
 PRESS, LIGHT = 1.1, 0.92  # of lines: width by darkness, below a tone
 THIN = 0.5  # the least of it that is drawn
-SHORTEST_RUN = 16.0  # widths of a part of a line between lights: shorter ones are crumbs
+SHORTEST_RUN = 24.0  # widths of a part of a line between lights: shorter ones are crumbs
 
 
 def keyed_tones(materials: Materials) -> F64:
