@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from brushgs.outlets.page.contents import PageContents
 
 MAGIC = b"brushgs\x01"
-DTYPES = ("float32", "float16", "uint16", "uint8")
+DTYPES = ("float32", "float16", "uint32", "uint16", "uint8")
 LEVEL = 9  # of gzip: 7000 strokes take 0.1 s
 
 

@@ -42,7 +42,8 @@ MOST_GROUND = 640  # px, longer side of a picture used as ground
 MOST_PLAIN = 100_000  # plain Gaussians of a coat: about 3 MB; more is too much for phones
 _HALF = np.finfo(np.float16)
 _DTYPES: dict[str, type[np.generic]] = dict.fromkeys(("means", "quats", "scales", "gaps"), np.float32)
-_DTYPES |= dict.fromkeys(("brush", "region", "streakStart"), np.uint8) | {"fields": np.uint16}
+_DTYPES |= dict.fromkeys(("brush", "region", "streakStart"), np.uint8)
+_DTYPES |= {"fields": np.uint16, "lines": np.uint32}
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +52,7 @@ class PageContents:
 
     Attributes:
         header: for JSON, finite numbers only; refers to arrays by name, see `page_contents`.
-        arrays: columns and images by name: float32, float16 or uint8.
+        arrays: columns and images by name: float32, float16 or unsigned integers.
         rows: for each coat, rows of its strokes in page order.
         omitted: sentences on parts of the painting that the page does not show.
     """
@@ -382,6 +383,9 @@ def _columns(
     if coat.nested is not None:
         columns["gaps"] = coat.nested.gaps
         columns["marks"] = np.stack([coat.nested.spacings, coat.nested.widths], axis=1)
+        if not coat.nested.is_round:
+            assert coat.chains is not None, "lines have pieces"
+            columns["lines"] = np.stack([coat.chains, ids, np.bincount(coat.chains)[coat.chains]], axis=1)
     return {name: values for name, values in columns.items() if values is not None}
 
 

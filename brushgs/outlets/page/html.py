@@ -27,6 +27,7 @@ SCRIPTS = (
     "program.js",
     "levels.js",
     "atlas.js",
+    "lines.js",
     "coat.js",
     "moving.js",
     "surface.js",

@@ -39,7 +39,10 @@ function inkShares({ threshold, leastArea }, size, colors, depths) {
   const dark = gaussianBlur(plane((i) => (isDark(i) ? 1 : 0)), width, height, OUTLINE_BLUR * scale);
   const isBlack = mask((i) => dark[i] > OUTLINE_LEVEL && !isBehind[i]);
   const shares = byArea(isBlack, size, least), holes = byArea(mask((i) => !isBlack[i]), size, 0.5 * least);
-  for (let i = 0; i < count; i++) if (!isBlack[i]) shares[i] += (1 - shares[i]) * (1 - holes[i]);
+  for (let i = 0; i < count; i++) {
+    if (!isBlack[i]) shares[i] += (1 - shares[i]) * (1 - holes[i]);
+    shares[i] = shares[i] > 0.5 ? 1 : 0;
+  }
   const near = gaussianBlur(shares, width, height, OUTLINE_SHARP * scale);
   const smooth = plane((i) => Math.min(1, Math.max(0, (near[i] - 0.2) / 0.6)));
   const { labels, areas } = regionsOf(mask((i) => smooth[i] > INK_LAID), width, height);

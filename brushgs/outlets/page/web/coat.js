@@ -5,7 +5,8 @@ const BOX_NUMBERS = 12; // of boxes.vert, a stroke
 const SH_C0 = 0.28209479177387814; // of the term of degree 0
 const { FITTED_REACH, IMAGE_SIGMAS } = SHARED;
 // By unit.
-const TEXTURES = ["uStrokes", "uSh", "uTable", "uAtlas", "uNoise", "uBelow", "uBelowDetail", "uMembers", "uTints"];
+const TEXTURES = ["uStrokes", "uSh", "uTable", "uAtlas", "uNoise", "uBelow", "uBelowDetail", "uMembers", "uTints",
+  "uPlaced"];
 
 /**
  * Draws a coat.
@@ -29,6 +30,7 @@ class CoatPainter {
     this._setColumns(column);
     this._setStrokes(column);
     this._setSh(column("sh"));
+    this._setLines(column("lines"));
     this._setOrder(this.columns.now.means, column("scales"));
     this.upload();
   }
@@ -88,6 +90,7 @@ class CoatPainter {
     if (count === 0) return;
     const { gl } = this;
     this._sort(count, head, order, part !== null);
+    this._place(camera, head, brush);
     const isTested = this.header.tolerance !== null && below !== null;
     const program = this._program("stroke.vert", "stroke.frag", [
       ...(isTested ? ["TESTED"] : []),
@@ -102,7 +105,8 @@ class CoatPainter {
     gl.uniform2fv(at.uSpan, span);
     gl.uniform1f(at.uStep, step);
     const { _strokes: strokes, _sh: sh, _noise: noise, atlas } = this;
-    this._bind([strokes, sh, atlas.table, atlas.texture, noise, below, belowDetail, members, atlas.tints]);
+    const { table, texture, tints } = atlas;
+    this._bind([strokes, sh, table, texture, noise, below, belowDetail, members, tints, this._placed]);
     gl.enable(gl.BLEND);
     gl.blendEquation(gl.FUNC_ADD);
     if (this.header.blend === "glaze" && !members) gl.blendFuncSeparate(gl.ZERO, gl.SRC_COLOR, gl.ZERO, gl.SRC_ALPHA);
@@ -122,13 +126,34 @@ class CoatPainter {
    * @returns {Float32Array} [count, 12]
    */
   boxes(camera, head, brush = null) {
+    this._place(camera, head, brush);
+    const result = this._numbers(camera, head, brush, []);
+    for (let row = 0; row < result.length; row += BOX_NUMBERS) {
+      result[row + 4] = Math.atan2(result[row + 11], result[row + 4]);
+      result[row + 11] = 0;
+    }
+    return result;
+  }
+
+  /** Place lines in a view, see lines.js. */
+  _place(camera, head, brush) {
+    if (!this._lines) return;
+    const { gl, _spots: spots } = this;
+    this._lines.place(this._numbers(camera, head, brush, ["SHARES"]), camera.width, camera.height, spots);
+    gl.bindTexture(gl.TEXTURE_2D, this._placed);
+    const rows = spots.length / (4 * TEXTURE_WIDTH);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, TEXTURE_WIDTH, rows, gl.RGBA, gl.FLOAT, spots);
+  }
+
+  /** What boxes.vert makes of all strokes. */
+  _numbers(camera, head, brush, more) {
     const { gl, count } = this;
     const result = new Float32Array(BOX_NUMBERS * count);
-    const program = this._program("boxes.vert", "empty.frag", [], ["oPlace", "oState", "oColor"]);
+    const program = this._program("boxes.vert", "empty.frag", more, ["oPlace", "oState", "oColor"]);
     const buffer = gl.createBuffer();
     gl.useProgram(program.handle);
     this._setView(program.at, camera, head, brush, false);
-    this._bind([this._strokes, this._sh]);
+    this._bind([this._strokes, this._sh, null, null, null, null, null, null, null, this._placed]);
     gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, buffer);
     gl.bufferData(gl.TRANSFORM_FEEDBACK_BUFFER, result.byteLength, gl.STREAM_READ);
     gl.enable(gl.RASTERIZER_DISCARD);
@@ -139,18 +164,13 @@ class CoatPainter {
     gl.getBufferSubData(gl.TRANSFORM_FEEDBACK_BUFFER, 0, result);
     gl.bindBufferBase(gl.TRANSFORM_FEEDBACK_BUFFER, 0, null);
     gl.deleteBuffer(buffer);
-    for (let row = 0; row < result.length; row += BOX_NUMBERS) {
-      result[row + 4] = Math.atan2(result[row + 11], result[row + 4]);
-      result[row + 11] = 0;
-    }
     return result;
   }
 
   dispose() {
     const { gl } = this;
     for (const program of this._programs.values()) program.dispose();
-    gl.deleteTexture(this._strokes);
-    gl.deleteTexture(this._sh);
+    for (const texture of [this._strokes, this._sh, this._placed]) gl.deleteTexture(texture);
     gl.deleteBuffer(this._instances);
     gl.deleteVertexArray(this._vertices);
   }
@@ -213,6 +233,16 @@ class CoatPainter {
     this._strokes = newTexture(gl, gl.NEAREST);
     gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, TEXTURE_WIDTH, rows, 0, gl.RGBA, gl.FLOAT, null);
     this._numBrushes = Math.max(1, header.numSigmas.length);
+  }
+
+  _setLines(lines) {
+    const { gl, count } = this;
+    this._lines = lines && new Lines(lines);
+    this._placed = lines && newTexture(gl, gl.NEAREST);
+    if (!lines) return;
+    const rows = Math.max(1, Math.ceil((2 * count) / TEXTURE_WIDTH));
+    this._spots = new Float32Array(4 * TEXTURE_WIDTH * rows);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, TEXTURE_WIDTH, rows, 0, gl.RGBA, gl.FLOAT, null);
   }
 
   _setSh(sh) {
@@ -278,6 +308,7 @@ class CoatPainter {
       FLAT: header.isFlat,
       NESTED: header.nested !== null,
       DOTS: header.nested === "dots",
+      PLACED: header.nested === "lines" && !more.includes("SHARES"),
       PLAIN: header.plainBrush !== undefined,
       IMAGE: isImage,
       GAUSSIAN: header.kernel === "gaussian" || more.includes("UNDERPAINT"),

@@ -4,10 +4,10 @@ const MAGIC = "brushgs\u0001";
 // Numbers a stroke in each column of a coat.
 const WIDTHS = {
   means: 3, quats: 4, scales: 3, opacities: 1, brush: 1, region: 1, streakStart: 1, relief: 2, chance: 1, normals: 3,
-  gaps: 3, marks: 2, fields: 3,
+  gaps: 3, marks: 2, lines: 3, fields: 3,
 };
 const POSE_NUMBERS = 12; // see rendering/motion.py
-const ARRAYS = { float32: Float32Array, float16: Uint16Array, uint16: Uint16Array, uint8: Uint8Array };
+const ARRAYS = { float32: Float32Array, float16: Uint16Array, uint32: Uint32Array, uint16: Uint16Array, uint8: Uint8Array };
 const TRUNCATED = "This page is incomplete: the painting in it was cut short. Get the whole file again.";
 
 /**
@@ -15,7 +15,7 @@ const TRUNCATED = "This page is incomplete: the painting in it was cut short. Ge
  *
  * @param {Uint8Array} bytes
  * @returns {Promise<{header: object, arrays: Object<string, TypedArray>}>} Arrays are flat, their shapes
- *     stand in `header.arrays`: Float32Array, Uint8Array, and Uint16Array with the bits of float16.
+ *     stand in `header.arrays`: Float32Array, those of integers, and Uint16Array with the bits of float16.
  * @throws {Error} a sentence for who opened the page, where the container is cut short, damaged or newer, or
  *     its header and arrays do not agree.
  */

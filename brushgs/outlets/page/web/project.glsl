@@ -5,7 +5,8 @@
 // before the camera stay in range. Directions are unit vectors: angles would cost precision.
 //
 // Compiled for a coat: SH_DEGREE; NUM_BRUSHES; STRIDE texels a stroke; ANCHORED, FIELD, FADES, ANTIALIASED,
-// BORDER, FACING, NESTED, DOTS, PLAIN, FLAT, where it has those.
+// BORDER, FACING, NESTED, PLAIN, FLAT, where it has those; of what is nested, DOTS, or PLACED for lines, which
+// lines.js places, from boxes that are compiled with SHARES.
 
 #include "shared.glsl"
 #include "sh.glsl"
@@ -18,6 +19,9 @@ uniform highp sampler2D uStrokes;
 // By brush of the coat: standard deviations in half a box, reach of the underpaint, row of the atlas, 1 where
 // its strokes are Gaussians that are shown as they are.
 uniform vec4 uBrushes[NUM_BRUSHES];
+#ifdef PLACED
+uniform highp sampler2D uPlaced;  // (center, half extents), (share of the opacity, 0, 0, 0)
+#endif
 uniform mat3 uRotation;  // camera from page
 uniform vec3 uEye, uHead;  // page coordinates
 uniform vec4 uLens;  // fx, fy, cx, cy, pixels
@@ -43,7 +47,7 @@ struct Box {
   float lean;  // of the side across, along the axis, pixels: flat pictures are seen sheared
   float depth;
   float opacity;
-  vec3 color;
+  vec3 color;  // with SHARES how much of the line is left here, half its width, 0
   bool isSeen;
 };
 
@@ -52,6 +56,14 @@ vec4 strokeTexel(int id, int k) {
   int width = textureSize(uStrokes, 0).x;
   return texelFetch(uStrokes, ivec2(place % width, place / width), 0);
 }
+
+#ifdef PLACED
+vec4 placedTexel(int id, int k) {
+  int place = 2 * id + k;
+  int width = textureSize(uPlaced, 0).x;
+  return texelFetch(uPlaced, ivec2(place % width, place / width), 0);
+}
+#endif
 
 Stroke strokeOf(int id) {
   vec4 first = strokeTexel(id, 0), third = strokeTexel(id, 2);
@@ -253,7 +265,12 @@ Box boxOf(int id, Stroke stroke) {
 #endif
   }
 #endif
-#ifdef NESTED
+#ifdef PLACED
+  vec4 placed = placedTexel(id, 0);
+  box.center = placed.xy;
+  box.halfExtents = placed.zw;
+  box.opacity *= placedTexel(id, 1).x;
+#elif defined(NESTED)
   vec4 gap = strokeTexel(id, STRIDE - 2);
   float unit = sqrt(uSize.x * uSize.y / NESTED_PIXELS), width = 0.5 * unit * strokeTexel(id, STRIDE - 1).x;
   vec3 g = uRotation * gap.xyz;
@@ -267,13 +284,9 @@ Box boxOf(int id, Stroke stroke) {
   float left = smoothed((onPaper / (unit * gap.w) - NESTED_BOUNDS.x) / (NESTED_BOUNDS.y - NESTED_BOUNDS.x));
 #ifdef DOTS
   width *= sqrt(left);
-  float thin = min(width / THINNEST, 1.0);
-  box.halfExtents = vec2(max(width, THINNEST));
+  float thin = min(width / SMALLEST, 1.0);
+  box.halfExtents = vec2(max(width, SMALLEST));
   box.opacity *= thin * thin;
-#else
-  width *= left;
-  box.halfExtents.y = max(width, THINNEST);
-  box.opacity *= min(width / THINNEST, 1.0);
 #endif
 #endif
   vec2 reach = abs(box.axis) * (box.halfExtents.x + abs(box.lean)) + abs(box.axis.yx) * box.halfExtents.y;
@@ -297,6 +310,10 @@ Box boxOf(int id, Stroke stroke) {
 #endif
   box.opacity *= 1.0 - smoothed((sine - bounds.x) / (bounds.y - bounds.x));
 #endif
+#ifdef SHARES
+  box.color = vec3(left, width, 0);
+#else
   if (box.isSeen) box.color = shColor(id, ray);
+#endif
   return box;
 }
