@@ -9,6 +9,7 @@ class PaintKeywords(TypedDict, total=False):
     time: float | str | None
     moments_per_second: float | str | None
     preset: Literal["0.1", "default", "paper"] | None
+    quality: Literal["draft", "good", "final"] | None
     ground: str | None
     backdrop: int | bool | str | None
     stage_tone: str | None
@@ -89,6 +90,7 @@ class FilmKeywords(TypedDict, total=False):
     lod: int | str | None
     moments_per_second: float | str | None
     preset: Literal["0.1", "default", "paper"] | None
+    quality: Literal["draft", "good", "final"] | None
     ground: str | None
     backdrop: int | bool | str | None
     stage_tone: str | None

@@ -45,8 +45,8 @@ def paint_config(
 ) -> PaintConfig:
     """The options of a painting.
 
-    Precedence of a field: its flag, the preset (or without one `--stroke gaussian`), the look, the default of
-    the command, the default of its class.
+    Precedence of a field: its flag, the preset (or without one `--stroke gaussian`), the quality, the look,
+    the default of the command, the default of its class.
 
     Args:
         args: parsed flags; a command may lack some of a painting's.
@@ -62,7 +62,7 @@ def paint_config(
     is_plain = given(args, "draw").get("stroke") == "gaussian" and not has_method
     plain = PLAIN_SCENE if is_plain else NOTHING
     whole = _values_of(look_of(args)) if look_values is None else look_values
-    look = _without_replaced(whole, args)
+    look = _in_quality(_without_replaced(whole, args), args)
     check_given(vars(args), flag_of)
     flags = {step: given(args, step) for step in STEPS}
     if painted := where_config(args, "painted"):
@@ -75,6 +75,16 @@ def paint_config(
     if look_values is None and look_is_default(args) and "stroke" not in flags["draw"] and not has_method:
         values["brushes"]["are_usual"] = True
     return PaintConfig.of(values)
+
+
+def _in_quality(look: StepValues, args: Namespace) -> StepValues:
+    """The values of a look in the quality of a command line."""
+    quality = getattr(args, "quality", None)
+    if quality is None:
+        return look
+    from brushgs.options.quality import with_quality
+
+    return with_quality(look, quality)
 
 
 def preset_of(args: Namespace) -> str:

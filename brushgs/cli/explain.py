@@ -32,9 +32,7 @@ def show(job: "Job", source: "SceneSource | Clip", config: "PaintConfig", args: 
     output = Path(args.output) if args.output else None
     if output is not None and output.suffix.lower() not in SUFFIXES:
         raise ValueError(f"--explain draws {' or '.join(SUFFIXES)}, got {output}; omit -o to print it")
-    num, num_terms, is_strokes = _header(source)
-    steps = job.explain({"is_strokes": is_strokes, "is_empty": num == 0})
-    cost = _estimate(job, steps, config, num, num_terms)
+    steps, cost, num = _explained(job, source, config)
     if output is not None:
         from brushgs.formats.files import replacing
 
@@ -45,6 +43,26 @@ def show(job: "Job", source: "SceneSource | Clip", config: "PaintConfig", args: 
         print(json.dumps({"steps": [one.as_dict() for one in steps], "estimate": cost._asdict()}, indent=2))
     else:
         _print(steps, cost, num, is_verbose=args.verbose)
+
+
+def expected_seconds(job: "Job", source: "SceneSource | Clip", config: "PaintConfig") -> float:
+    """Seconds that a job will take on this machine if no other program uses it; kept results make it faster.
+
+    Raises:
+        SceneError: if the header of a file cannot be read.
+    """
+    from brushgs.pipeline.estimate import slowness
+
+    return _explained(job, source, config)[1].seconds * slowness()
+
+
+def _explained(
+    job: "Job", source: "SceneSource | Clip", config: "PaintConfig"
+) -> "tuple[list[Explained], Estimate, int]":
+    """The steps of a job, its cost, and the number of Gaussians."""
+    num, num_terms, is_strokes = _header(source)
+    steps = job.explain({"is_strokes": is_strokes, "is_empty": num == 0})
+    return steps, _estimate(job, steps, config, num, num_terms), num
 
 
 def _header(source: "SceneSource | Clip") -> tuple[int, int, bool]:
@@ -63,9 +81,10 @@ def _header(source: "SceneSource | Clip") -> tuple[int, int, bool]:
 def _estimate(
     job: "Job", steps: "Sequence[Explained]", config: "PaintConfig", num: int, num_terms: int
 ) -> "Estimate":
+    from brushgs.core.threads import num_threads_or_default
     from brushgs.options.painting import DEFAULT_SIZE
     from brushgs.pipeline.clip import Clip
-    from brushgs.pipeline.estimate import estimate
+    from brushgs.pipeline.estimate import estimate, strokes_of
     from brushgs.pipeline.strips import MOST_PIXELS, OF_WHOLE
 
     views, source = job.inputs["views"], job.inputs["source"]
@@ -75,7 +94,17 @@ def _estimate(
     crop = config.output.crop
     size = (config.view.fixed_size or DEFAULT_SIZE) if crop is None else crop[2:]
     is_still = num_frames == 1 and config.media.kind not in OF_WHOLE
-    return estimate(steps, num, num_terms, size, num_frames, most_held=MOST_PIXELS if is_still else inf)
+    return estimate(
+        steps,
+        num,
+        num_terms,
+        size,
+        num_frames,
+        num_strokes=strokes_of(config.cluster, num),
+        num_threads=num_threads_or_default(config.draw.threads),
+        is_for_view=config.cluster.strokes_for == "view",
+        most_held=MOST_PIXELS if is_still else inf,
+    )
 
 
 def _print(steps: "Sequence[Explained]", cost: "Estimate", num: int, *, is_verbose: bool) -> None:

@@ -19,6 +19,7 @@ from brushgs.options.painting import (
     UsualCount,
     ViewConfig,
 )
+from tests.kit.commands import run
 from tests.kit.for_each import for_each
 
 OIL = Look.open("oil").config
@@ -180,3 +181,29 @@ def test_a_painting_is_called_after_its_stroke_or_its_look(words, name):
 def test_what_the_flags_of_a_look_do_not_take_gets_one_sentence(words, sentence):
     with pytest.raises(ValueError, match=re.escape(sentence)):
         config_of(*words)
+
+
+@for_each(
+    ("words", "strokes", "strokes_for", "economy"),
+    [
+        (["--quality", "good"], UsualCount(6000), "scene", 1.0),
+        (["--quality", "draft"], UsualCount(1500), "view", 0.0),
+        (["--quality", "final"], UsualCount(12000), "scene", 1.0),
+        (["--quality", "draft", "--strokes", "99", "--economy", "0.5"], 99, "view", 0.5),
+        (["--quality", "draft", "--look", "plain"], UsualCount(500), "view", 0.0),
+        (["--quality", "final", "--look", "plain"], "auto:frame", "scene", 0.0),
+        (["--quality", "final", "--preset", "paper"], 7000, "scene", 0.0),
+        (["--quality", "final", "--stroke", "gaussian"], None, "scene", 0.0),
+    ],
+)
+def test_a_quality_lies_between_a_look_and_what_is_given(words, strokes, strokes_for, economy):
+    config = config_of(*words)
+    found = config.cluster.strokes, config.cluster.strokes_for, config.strokes.economy
+    assert found == (strokes, strokes_for, economy)
+
+
+def test_a_quality_says_first_how_long_it_takes(scene, capsys):
+    words = ["render", scene, "--look", "plain", "--size", "64x48", "-o", "a.png"]
+    said = run(capsys, *words, "--quality", "draft")[2]
+    assert re.search(r"note: this takes about [0-9.]+ seconds on this machine", said)
+    assert "this takes" not in run(capsys, *words)[2]

@@ -95,7 +95,12 @@ def test_the_command_prints_and_writes_nothing(scene, folder, capsys):
 def test_an_estimate_is_more_for_more():
     steps = open_job(SCENE, config_of("oil"), Report()).explain(FACTS)
     least = estimate(steps, 10**5, 16, (640, 480))
-    for more in (estimate(steps, 10**6, 16, (640, 480)), estimate(steps, 10**5, 16, (640, 480), 24)):
+    for more in (
+        estimate(steps, 10**6, 16, (640, 480)),
+        estimate(steps, 10**5, 16, (640, 480), 24),
+        estimate(steps, 10**5, 16, (640, 480), num_strokes=12_000),
+        estimate(steps, 10**5, 16, (640, 480), num_threads=1),
+    ):
         assert more.seconds > least.seconds
     assert np.isfinite(least.seconds)
     assert least.words.startswith("about ")

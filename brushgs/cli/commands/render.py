@@ -3,6 +3,7 @@ video.
 """
 
 import os
+import sys
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from brushgs.options.painting import PaintConfig
     from brushgs.options.scene_source import SceneSource
     from brushgs.options.sequence import SequenceConfig
+    from brushgs.pipeline.clip import Clip
     from brushgs.values.shot import Origin
 
 
@@ -47,6 +49,11 @@ class Own(Options, frozen=True):
         "defaults of version 0.1 (backdrop loose, size 1280x720, clean floaters); other flags override it "
         "#published #version", choices=tuple(sorted(PRESETS)),
         example="paper")] = "default"
+    quality: Annotated[str | None, option("how much is painted, and a note of how long it will take: 'draft' "
+        "has a quarter of the strokes of the look, made for this picture or path alone, and neither accents "
+        "nor lost edges; 'good' changes nothing; 'final' has twice the strokes; other flags override it "
+        "#fast #speed #time #preview #detail", choices=("draft", "good", "final"),
+        default="good, without the note")] = None
     views: Annotated[bool, option("also write the sheet of `brushgs views`, SCENE-views.png: the scene from "
         "all around, each view with its flags #angles #contact #sheet",
         not_in_memory=OF_FILES)] = False
@@ -114,6 +121,8 @@ def run(args: Namespace) -> None:
         origin = _origin_of(args, scene, config)
         suffix = (PICTURE_SUFFIXES if is_still else VIDEO_SUFFIXES)[0]
         output, sheet = _outputs(args, scene, painting_name(args, config), suffix, origin)
+        if args.quality is not None:
+            _tell_time(args, clip or scene, config, path)
         if is_still:
             from brushgs.pipeline.still import paint_file
 
@@ -169,6 +178,20 @@ def _explain(args: Namespace, scene: "SceneSource", config: "PaintConfig") -> No
     asks += ["growth"] if args.first not in (None, 1) or grow is not None else []
     job = open_job(clip or scene, config, Report(), asks=asks, views=views)
     show(job, clip or scene, config, args)
+
+
+def _tell_time(args: Namespace, source: "SceneSource | Clip", config: "PaintConfig", views: Any) -> None:
+    """Say on stderr about how long the painting will take."""
+    if args.quiet or args.json:
+        return
+    from brushgs.cli.explain import expected_seconds
+    from brushgs.pipeline.estimate import crowd
+    from brushgs.pipeline.prepare import PICTURE, open_job
+    from brushgs.pipeline.report import Report
+
+    seconds = expected_seconds(open_job(source, config, Report(), asks=PICTURE, views=views), source, config)
+    took = f"{seconds:.2g} seconds" if seconds < 100 else f"{seconds / 60:.0f} minutes"
+    print(f"brushgs: note: this takes about {took} on this machine{crowd()}", file=sys.stderr, flush=True)
 
 
 def sequence_config(args: Namespace) -> "SequenceConfig":
