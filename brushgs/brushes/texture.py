@@ -204,7 +204,8 @@ class StrokeTexture:
             if name in KERNELS:
                 return cls._kernel(name)
             if builtin := variants_of(name):
-                return cls._from_file(strokes_folder() / f"{builtin[0]}.png", builtin[0], size)
+                file, usual = strokes_folder() / f"{builtin[0]}.png", size == LONG_SIDE
+                return _usual(file, builtin[0]) if usual else cls._from_file(file, builtin[0], size)
             if not exists(path):
                 raise SceneError(path, _unknown(name))
         elif not exists(path) and variants_of(path.stem):
@@ -325,6 +326,12 @@ class StrokeTexture:
         steps = np.rint(np.clip(small, 0, 1) * 255).astype(np.uint8)
         tint = _tint_of(pixels, coverage, steps) if colored else None
         return cls("image", name, steps, height, tint=tint)
+
+
+@cache
+def _usual(path: Path, name: str) -> StrokeTexture:
+    """A built-in stroke in the usual size, decoded once by a process: all together take some 8 MB."""
+    return StrokeTexture._from_file(path, name, LONG_SIDE)
 
 
 def builtin_names() -> list[str]:
