@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 # `dest` of flags that do not change the painting.
 NOT_PAINTED = frozenset(
-    {"output", "json", "quiet", "verbose", "debug", "config", "draw.threads", "no_clobber", "no_metadata"}
+    {"output", "json", "quiet", "verbose", "debug", "config", "draw.threads"}
+    | {"no_clobber", "no_metadata", "no_cache"}
 )
 
 

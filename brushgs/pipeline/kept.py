@@ -347,6 +347,7 @@ class KeptMemory(Memory):
         """Without `inner` nothing is remembered in this process."""
         super().__init__()
         self.store, self.inner = store, inner or NoMemory()
+        self.made = self.inner.made
         self._waiting: dict[str, tuple[str, Any, float, frozenset[str]]] = {}
 
     def known(self, step: str) -> tuple[tuple[object, ...], Any] | None:
@@ -466,6 +467,12 @@ def default_store() -> Store | None:
     from platformdirs import user_cache_path
 
     return Store(user_cache_path("brushgs", appauthor=False) / "steps")
+
+
+def lasting_memory() -> Memory:
+    """A memory for many jobs of one process that also keeps results on disk; call `close` after each job."""
+    store = default_store()
+    return Memory() if store is None else KeptMemory(store, Memory())
 
 
 @contextmanager

@@ -105,6 +105,9 @@ class Memory:
         self.made[step] += 1
         self._kept[step] = inputs, result
 
+    def close(self) -> None:
+        """Called when a job has ended: what waits for that is kept."""
+
     def run(
         self,
         step: "Step",

@@ -12,9 +12,13 @@ import pytest
 
 import brushgs as bg
 from brushgs.cli import main
+from brushgs.cli.commands.view import session_of
+from brushgs.cli.parser import parse
 from brushgs.formats.pictures.images import read_image
+from brushgs.outlets.studio.settings import Settings
 from brushgs.pipeline import kept
 from brushgs.pipeline.kept import KeptMemory, Store, Unnamed, digest
+from brushgs.pipeline.report import Report
 from brushgs.rendering.plain import plain_views
 from tests.scenes import save_upright, still_life_of
 
@@ -86,6 +90,16 @@ def test_a_kept_result_reports_its_stages_and_notes(folder, scene, tmp_path, cap
         assert found[name]["counts"] == made[name]["counts"]
         assert kept.KEPT in found[name]["details"], name
         assert kept.KEPT not in made[name]["details"]
+
+
+def test_a_page_starts_with_what_a_picture_kept(folder, scene, tmp_path):
+    picture(scene, tmp_path / "one.png", "--look", "plain", "--see", "off", "--lock", "canonical")
+    words = ["view", str(scene), "-o", str(tmp_path), *BARE, "--look", "plain", "--see", "off"]
+    for more, is_found in (([], True), (["--no-cache"], False)):
+        report = Report()
+        session_of(parse([*words, *more])).paint(Settings(), report)
+        found = {stage.name for stage in report.stages if kept.KEPT in stage.details}
+        assert ({"clean", "first view", "cluster"} <= found) == is_found, found
 
 
 def test_a_changed_scene_is_read_again(folder, scene, tmp_path):

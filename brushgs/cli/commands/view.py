@@ -75,6 +75,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add(parser, Browser)
     flags.add_painting(parser)
     flags.add(parser, flags.ReportFlags)
+    flags.add(parser, flags.CacheFlag)
 
 
 def run(args: Namespace) -> None:
@@ -131,6 +132,8 @@ def _serve(args: Namespace, server: ServerConfig, others: Sequence[Path]) -> Non
 def session_of(args: Namespace) -> "Session":
     """The studio session for a command line."""
     from brushgs.outlets.studio.session import Session
+    from brushgs.pipeline.kept import lasting_memory
+    from brushgs.pipeline.runner import Memory
 
     return Session(
         scene_source(args),
@@ -142,6 +145,7 @@ def session_of(args: Namespace) -> "Session":
         saved=saved_options(args),
         clip_of=lambda source: open_clip(args, source),
         marks=vars(args).get("overpaint.files") or (),
+        new_memory=Memory if args.no_cache else lasting_memory,
     )
 
 

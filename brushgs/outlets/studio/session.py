@@ -97,6 +97,7 @@ class Session:
         saved: file of options to write at each change; or None.
         clip_of: opens a moving scene; None for a still one, or one moment.
         marks: files of marks of the command line; the page goes on with the last one.
+        new_memory: makes the memory of a scene's steps.
     """
 
     source: SceneSource
@@ -109,9 +110,13 @@ class Session:
     saved: SavedOptions | None = None
     clip_of: "Callable[[SceneSource], Clip | None]" = lambda source: None
     marks: Sequence[Path] = ()
-    _memory: Memory = field(default_factory=Memory)
+    new_memory: Callable[[], Memory] = Memory
     _finder: Finder = field(default_factory=Finder)
     _below: tuple[PaintConfig, Prepared] | None = None  # the last painting without marks, and its options
+
+    @cached_property
+    def _memory(self) -> Memory:
+        return self.new_memory()
 
     @property
     def known(self) -> Known:
@@ -148,7 +153,7 @@ class Session:
 
     def of_scene(self, source: SceneSource) -> "Session":
         """The same with another scene."""
-        return replace(self, source=source, marks=(), _memory=Memory(), _finder=Finder(), _below=None)
+        return replace(self, source=source, marks=(), _finder=Finder(), _below=None)
 
     def save(self, settings: Settings) -> None:
         """Write the file of options, and the dropped pictures that they use.
@@ -172,6 +177,7 @@ class Session:
         """
         config = self.config(settings)
         prepared = self._prepare(config, report)
+        self._memory.close()
         first, options = command_of(self.source, self._options(settings), prepared.notes)
         with report.stage("page") as stage:
             contents = page_contents(
