@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 
 from brushgs.formats.registry import SCENE_SUFFIXES
 from brushgs.options.painting import PaintConfig, PaletteConfig, PruneConfig
-from brushgs.options.scene_source import SceneFiles
+from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.where import WhereConfig
 from brushgs.pipeline.clip import Clip, as_files, files_of
 from brushgs.pipeline.moments import check_strokes_output, write_strokes
 from brushgs.pipeline.outputs import check_output, scene_inputs
 from brushgs.pipeline.prepare import STROKES, prepare
 from brushgs.pipeline.report import Report
+from brushgs.pipeline.runner import Step, costly, held
 from brushgs.pipeline.strokes import (
     load_scene,
     name_of,
@@ -28,7 +29,11 @@ from brushgs.pipeline.views import default_first_view
 from brushgs.pipeline.where import files_where, rows_where, where_in
 
 if TYPE_CHECKING:
+    from brushgs.values.camera import FirstView
+    from brushgs.values.gaussians import Gaussians
     from brushgs.values.notes import LoadNotes
+
+_FIRST_VIEW = Step.of(costly(default_first_view))
 
 
 def prune_file(
@@ -42,7 +47,7 @@ def prune_file(
     """Prune a scene or stroke file, or only a part of it."""
     check_output(Path(output), SCENE_SUFFIXES, inputs=(*scene_inputs(scene), *files_where(where)))
     gaussians, notes = load_scene(scene, report)
-    view = default_first_view(gaussians, notes, report)
+    view = _first_view(scene, gaussians, notes, report)
     among = rows_where(gaussians, where, view, report, what=_called(notes))
     gaussians = prune_scene(gaussians, config, report, among=among)
     return write_scene(
@@ -90,7 +95,7 @@ def recolor_file(
     )
     palette = open_palette(config, report)
     gaussians, notes = load_scene(scene, report)
-    view = default_first_view(gaussians, notes, report)
+    view = _first_view(scene, gaussians, notes, report)
     shares = where_in(gaussians, where, view, report, what=_called(notes))
     gaussians = recolor_scene(gaussians, palette, config, report, is_strokes=notes.is_strokes, shares=shares)
     return write_scene(
@@ -106,3 +111,15 @@ def recolor_file(
 
 def _called(notes: "LoadNotes") -> str:
     return "strokes" if notes.is_strokes else "Gaussians"
+
+
+def _first_view(scene: SceneFiles, gaussians: "Gaussians", notes: "LoadNotes", report: Report) -> "FirstView":
+    """The default first view of a scene as loaded; a command that keeps results keeps it by its files."""
+
+    def make() -> "FirstView":
+        return default_first_view(gaussians, notes, report)
+
+    memory = held()
+    if memory is None or not isinstance(scene, SceneSource):
+        return make()
+    return memory.run(_FIRST_VIEW, {"source": scene}, {}, report, make)

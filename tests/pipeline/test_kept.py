@@ -102,6 +102,18 @@ def test_a_page_starts_with_what_a_picture_kept(folder, scene, tmp_path):
         assert ({"clean", "first view", "cluster"} <= found) == is_found, found
 
 
+def test_scenes_are_pruned_again_without_another_look_at_them(folder, scene, tmp_path, capsys):
+    written = []
+    for more in (["--keep", "0.5"], ["--keep", "0.4"], ["--keep", "0.4", "--no-cache"]):
+        output = tmp_path / f"{len(written)}.ply"
+        assert main(["prune", str(scene), "-o", str(output), "--json", *more]) == 0
+        stages = {one["name"]: one for one in json.loads(capsys.readouterr().out)["stages"]}
+        is_kept = kept.KEPT in stages["first view"]["details"]
+        assert is_kept == (len(written) == 1)
+        written.append(output.read_bytes())
+    assert written[1] == written[2] != written[0]
+
+
 def test_a_changed_scene_is_read_again(folder, scene, tmp_path):
     time = scene.stat().st_mtime_ns
     picture(scene, tmp_path / "one.png")

@@ -15,6 +15,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add(parser, "prune")
     flags.add_where(parser, "drop Gaussians only in this part")
     flags.add(parser, flags.ReportFlags)
+    flags.add(parser, flags.CacheFlag)
 
 
 def run(args: Namespace) -> None:
