@@ -32,6 +32,11 @@ class Groups:
         """Groups of labels [N], each 0 to num - 1."""
         return cls(*_core.group_rows(np.ascontiguousarray(labels, np.int32), num))
 
+    @classmethod
+    def ascending(cls, begins: NDArray[np.integer[Any]]) -> "Groups":
+        """Groups of ascending labels, which begin at `begins` [k + 1]; the last number is that of the rows."""
+        return cls(np.arange(begins[-1], dtype=np.int32), np.ascontiguousarray(begins, np.int64))
+
     def __len__(self) -> int:
         return len(self.begins) - 1
 

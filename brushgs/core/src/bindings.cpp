@@ -13,6 +13,7 @@
 #include "brushgs/blending.hpp"
 #include "brushgs/coats.hpp"
 #include "brushgs/components.hpp"
+#include "brushgs/coverage.hpp"
 #include "brushgs/cpu.hpp"
 #include "brushgs/finish.hpp"
 #include "brushgs/fragment_layers.hpp"
@@ -23,6 +24,7 @@
 #include "brushgs/key_order.hpp"
 #include "brushgs/light.hpp"
 #include "brushgs/light_along.hpp"
+#include "brushgs/moments.hpp"
 #include "brushgs/nearest.hpp"
 #include "brushgs/painted_sums.hpp"
 #include "brushgs/photometric.hpp"
@@ -77,6 +79,14 @@ nb::object table(brushgs::Buffer<T>& memory, std::size_t rows, std::size_t width
     const nb::capsule owner(values, [](void* p) noexcept { brushgs::Free{}(p); });
     const std::size_t shape[2] = {rows, width};
     return nb::cast(nb::ndarray<nb::numpy, T>(values, 2, shape, owner));
+}
+
+// An array of shape [count, 3, 3] that takes over its memory.
+nb::object matrices(brushgs::Buffer<double>& memory, std::size_t count) {
+    double* values = memory.release();
+    const nb::capsule owner(values, [](void* p) noexcept { brushgs::Free{}(p); });
+    const std::size_t shape[3] = {count, 3, 3};
+    return nb::cast(nb::ndarray<nb::numpy, double>(values, 3, shape, owner));
 }
 
 // An array of shape [count] that takes over its memory.
@@ -1088,6 +1098,95 @@ nb::object halves(In<T, 2> points, In<double, 1> weights, std::optional<In<T, 3>
     return row(is_second, rows.shape(0));
 }
 
+template <class T>
+nb::object projected_areas(In<T, 2> scales, int num_threads) {
+    const std::size_t count = scales.shape(0);
+    auto areas = brushgs::make_buffer<double>(count);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::projected_areas(scales.data(), count, num_threads, areas.get());
+    }
+    return row(areas, count);
+}
+
+template <class T>
+nb::tuple sum_covariances(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<double, 1> shares,
+                          In<std::int32_t, 1> rows, In<std::int64_t, 1> begins, In<double, 2> centers,
+                          int num_threads) {
+    const std::size_t num_groups = centers.shape(0);
+    auto within = brushgs::make_buffer<double>(9 * num_groups), between = brushgs::make_buffer<double>(9 * num_groups);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::sum_covariances(brushgs::Covariances<T>{.means = means.data(),
+                                                         .quats = quats.data(),
+                                                         .scales = scales.data(),
+                                                         .shares = shares.data(),
+                                                         .rows = rows.data(),
+                                                         .begins = begins.data(),
+                                                         .centers = centers.data(),
+                                                         .num_groups = num_groups,
+                                                         .num_threads = num_threads,
+                                                         .within = within.get(),
+                                                         .between = between.get()});
+    }
+    return nb::make_tuple(matrices(within, num_groups), matrices(between, num_groups));
+}
+
+nb::tuple principal_axes(In<double, 3> covariances, int num_threads) {
+    const std::size_t count = covariances.shape(0);
+    auto scales = brushgs::make_buffer<double>(3 * count), axes = brushgs::make_buffer<double>(9 * count);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::principal_axes(covariances.data(), count, num_threads, scales.get(), axes.get());
+    }
+    return nb::make_tuple(table(scales, count, 3), matrices(axes, count));
+}
+
+template <class T>
+nb::object stop_groups(In<T, 1> opacities, In<double, 1> areas, In<double, 1> footprints, In<std::int32_t, 1> rows,
+                       In<std::int64_t, 1> begins, int num_threads) {
+    const std::size_t num_groups = footprints.shape(0);
+    auto stopped = brushgs::make_buffer<double>(num_groups);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::stop_groups(brushgs::Stopping<T>{.opacities = opacities.data(),
+                                                  .areas = areas.data(),
+                                                  .footprints = footprints.data(),
+                                                  .rows = rows.data(),
+                                                  .begins = begins.data(),
+                                                  .num_groups = num_groups,
+                                                  .num_threads = num_threads,
+                                                  .stopped = stopped.get()});
+    }
+    return row(stopped, num_groups);
+}
+
+nb::tuple cover(In<double, 2> means, In<double, 2> scales, In<double, 3> axes, In<double, 1> opacities,
+                In<std::int64_t, 1> rows, In<std::int32_t, 2> neighbors, std::size_t num_touching, double touch,
+                int num_threads) {
+    const std::size_t count = rows.shape(0);
+    auto passed = brushgs::make_buffer<double>(count), touching = brushgs::make_buffer<double>(count),
+         parallel = brushgs::make_buffer<double>(count);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::cover({.means = means.data(),
+                        .scales = scales.data(),
+                        .axes = axes.data(),
+                        .opacities = opacities.data(),
+                        .rows = rows.data(),
+                        .neighbors = neighbors.data(),
+                        .num_rows = count,
+                        .num_neighbors = neighbors.shape(1),
+                        .num_touching = num_touching,
+                        .touch = touch,
+                        .num_threads = num_threads,
+                        .passed = passed.get(),
+                        .touching = touching.get(),
+                        .parallel = parallel.get()});
+    }
+    return nb::make_tuple(row(passed, count), row(touching, count), row(parallel, count));
+}
+
 nb::object order(In<double, 1> values, int num_threads) {
     const std::size_t count = values.shape(0);
     auto order = brushgs::make_buffer<std::int64_t>(count);
@@ -1141,6 +1240,21 @@ void def_groups(nb::module_& m) {
         "half of a group's first row. `spans` [N, 3, 3] or None, see halves.hpp.");
     m.def("morton_order", &morton_order<T>, "points"_a.noconvert(), "low"_a.noconvert(), "step"_a, "num_threads"_a,
           "The rows [N] int64 of points [N, 3] along the Morton curve of (point - low) * step, ties by row.");
+}
+
+template <class T>
+void def_moments(nb::module_& m) {
+    m.def("projected_areas", &projected_areas<T>, "scales"_a.noconvert(), "num_threads"_a,
+          "The mean projected area over pi [N] of ellipsoids of half axes [N, 3].");
+    m.def("sum_covariances", &sum_covariances<T>, "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
+          "shares"_a.noconvert(), "rows"_a.noconvert(), "begins"_a.noconvert(), "centers"_a.noconvert(),
+          "num_threads"_a,
+          "Of the groups that `group_rows` found, with centers [k, 3], the mean covariance of their members and the "
+          "covariance of their means, [k, 3, 3] each, weighted by shares [N].");
+    m.def("stop_groups", &stop_groups<T>, "opacities"_a.noconvert(), "areas"_a.noconvert(), "footprints"_a.noconvert(),
+          "rows"_a.noconvert(), "begins"_a.noconvert(), "num_threads"_a,
+          "The probability [k] that a ray through each footprint [k] is stopped by the members of a group, of "
+          "opacities [N] and areas [N], at random places in it.");
 }
 
 // Stroke levels
@@ -1281,6 +1395,15 @@ NB_MODULE(_core, m) {
           "The rows [N] int32 of labels [N] int32 group by group, each ascending, and where the groups begin [k + 1].");
     def_groups<float>(m);
     def_groups<double>(m);
+    def_moments<float>(m);
+    def_moments<double>(m);
+    m.def("principal_axes", &principal_axes, "covariances"_a.noconvert(), "num_threads"_a,
+          "Standard deviations [N, 3], ascending, and axes [N, 3, 3], as columns, of covariances; see moments.hpp.");
+    m.def("cover", &cover, nb::kw_only(), "means"_a.noconvert(), "scales"_a.noconvert(), "axes"_a.noconvert(),
+          "opacities"_a.noconvert(), "rows"_a.noconvert(), "neighbors"_a.noconvert(), "num_touching"_a, "touch"_a,
+          "num_threads"_a,
+          "For these rows [n] of strokes with these neighbors [n, m], the light that passes them, how many of the "
+          "first neighbors touch, and the sum of the cosines between normals, [n] each. See coverage.hpp.");
     m.def("light_along", &light_along, "places"_a.noconvert(), "depths"_a.noconvert(), "reach"_a,
           "from_above"_a.noconvert(), "from_below"_a.noconvert(),
           "Write for places [N] on a line minus the optical depth [N] of what lies above each and below each, within "

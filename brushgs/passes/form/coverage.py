@@ -5,7 +5,6 @@ neighbours count, so deep stacks of faint strokes are underestimated.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,14 +12,12 @@ from numpy.typing import NDArray
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
 from brushgs.passes.finest import finest_of, seen_scales
-from brushgs.passes.form.gaps import squared_distances
 from brushgs.passes.neighbours import nearest
 from brushgs.values.arrays import F64, Rows
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 
 NUM_NEIGHBORS = 16  # per stroke
-ROWS_AT_A_TIME = 1 << 15  # in memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,19 +61,24 @@ class Coverage:
             [n]; 1 without neighbours.
         """
         rows = np.arange(len(self.means)) if rows is None else rows
-        passed = np.ones(len(rows))
-        for first in range(0, len(rows), ROWS_AT_A_TIME):
-            part = slice(first, first + ROWS_AT_A_TIME)
-            for others in self._neighbors_of(rows[part], num_others).T:
-                away = squared_distances(rows[part], others, self.means, self.scales, self.axes)
-                stopped = opacities[others] * np.exp(-0.5 * away)
-                passed[part] *= np.where(others == rows[part], 1.0, 1 - stopped)
+        passed, _, _ = _core.cover(
+            means=self.means,
+            scales=self.scales,
+            axes=self.axes,
+            opacities=opacities,
+            rows=rows,
+            neighbors=self._neighbors_of(rows, num_others),
+            num_touching=0,
+            touch=0.0,
+            num_threads=num_threads_or_default(None),
+        )
         return passed
 
-    def _neighbors_of(self, rows: Rows, count: int) -> NDArray[np.integer[Any]]:
+    def _neighbors_of(self, rows: Rows, count: int) -> NDArray[np.int32]:
         if count <= NUM_NEIGHBORS:
             return self.neighbors[rows, :count]
-        return nearest(self.means, self.means[rows], min(count + 1, len(self.means)))[1]
+        found = nearest(self.means, self.means[rows], min(count + 1, len(self.means)))[1]
+        return found.astype(np.int32)
 
 
 def nearest_others(means: F64, count: int) -> NDArray[np.int32]:

@@ -32,9 +32,6 @@ FLAT = (0.9, 0.98)  # mean cosine between normals, likewise
 # brush, whose best is 0.8, the kernel's is 2.2. On the curled surfaces of the still life 0.2 gains 0.4 dB
 # with the kernel and costs the brush 0.1.
 CURLED, PLANE = 0.2, 1.2
-ROWS_AT_A_TIME = 1 << 15  # in memory
-FARTHEST = 1e6  # standard deviations; larger distances are clipped
-ROUND_OFF = 1e-12  # of the squared area of a needle seen end-on
 
 
 def growth(
@@ -56,55 +53,20 @@ def growth(
     num = len(means)
     neighbors = np.empty((num, max(0, min(NUM_NEIGHBORS, num - 1))), dtype=np.int32)
     _core.neighbors(means, neighbors, num_threads_or_default(None))
-    found = np.zeros(num)
-    for first in range(0, num, ROWS_AT_A_TIME):
-        rows = np.arange(first, min(first + ROWS_AT_A_TIME, num))
-        found[rows] = _growth_of(rows, neighbors[rows], means, scales, axes, opacities)
-    return found
-
-
-def _growth_of(
-    rows: NDArray[np.intp],
-    neighbors: NDArray[np.int32],
-    means: NDArray[np.float64],
-    scales: NDArray[np.float64],
-    axes: NDArray[np.float64],
-    opacities: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    normals = axes[:, :, 0]
-    alone = opacities[rows].copy()
-    num_touching, parallel = np.zeros((2, len(rows)))
-    for rank, others in enumerate(neighbors.T):
-        away = squared_distances(rows, others, means, scales, axes)
-        alone *= 1 - opacities[others] * np.exp(-0.5 * away)
-        if rank < NUM_TOUCHING:
-            touches = away < TOUCH
-            num_touching += touches
-            parallel += touches * np.abs(np.einsum("ni,ni->n", normals[rows], normals[others]))
+    passed, num_touching, parallel = _core.cover(
+        means=means,
+        scales=scales,
+        axes=axes,
+        opacities=opacities,
+        rows=np.arange(num),
+        neighbors=neighbors,
+        num_touching=NUM_TOUCHING,
+        touch=TOUCH,
+        num_threads=num_threads_or_default(None),
+    )
     flat = _ramp(parallel / np.maximum(num_touching, 1), *FLAT)
     touched = np.minimum(num_touching / ENOUGH_TOUCHING, 1)
-    return np.asarray((CURLED + (PLANE - CURLED) * flat) * touched * _ramp(alone, *ALONE))
-
-
-def squared_distances(
-    rows: NDArray[np.intp],
-    others: NDArray[np.int32],
-    means: NDArray[np.float64],
-    scales: NDArray[np.float64],
-    axes: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Squared Mahalanobis distance of centres to other strokes, seen along the thinnest axis of the first."""
-    unit = scales[others, 2, None]
-    unit = np.where(unit > 0, unit, 1.0)
-    in_layer = axes[rows][:, :, 1:].transpose(0, 2, 1)  # [n, 2, 3]
-    factors = in_layer @ (axes[others] * (scales[others] / unit)[:, None, :])
-    with np.errstate(over="ignore"):  # a point of no size, far away
-        offsets = np.clip((means[rows] - means[others]) / unit, -FARTHEST, FARTHEST)
-    x, y = (in_layer @ offsets[:, :, None])[:, :, 0].T
-    xx, xy, yy = (np.einsum("ni,ni->n", factors[:, i], factors[:, j]) for i, j in ((0, 0), (0, 1), (1, 1)))
-    area = np.maximum(xx * yy - xy * xy, ROUND_OFF * (xx + yy) ** 2)
-    squares = yy * x * x - 2 * xy * x * y + xx * y * y
-    return np.where(area > 0, np.maximum(squares, 0) / np.where(area > 0, area, 1.0), np.inf)
+    return np.asarray((CURLED + (PLANE - CURLED) * flat) * touched * _ramp(opacities * passed, *ALONE))
 
 
 def _ramp(values: NDArray[np.float64], low: float, high: float) -> NDArray[np.float64]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from brushgs.passes.groups import Groups
 from brushgs.passes.motion.rigid import rigid_motions, sums_of
 from brushgs.passes.reduce.contribution import projected_areas
 from brushgs.passes.reduce.merge import covariances, principal_axes, stopped
@@ -80,7 +81,8 @@ class Bodies:
         shares = weights / np.bincount(labels, weights)[labels]
         means = members.means.astype(np.float64)
         pivots = sums_of(shares, starts, means)
-        within, between = covariances(members, pivots, shares, labels)
+        groups = Groups.ascending(starts)
+        within, between = covariances(members, pivots, shares, groups)
         footprints = projected_areas(principal_axes(within + between)[0])
         return cls(
             strokes,
@@ -94,7 +96,7 @@ class Bodies:
             opacities,
             footprints,
             sums_of(shares, starts, C0 * members.sh[:, 0]),
-            stopped(opacities, own_areas, footprints, labels),
+            stopped(opacities, own_areas, footprints, groups),
         )
 
     def numbers(self, moment: Gaussians, last_turns: Array, since: float) -> F64:
@@ -130,7 +132,8 @@ class Bodies:
         numbers[:, SHIFT] = middles[:, 3:] - growths[:, None] * turned
         numbers[:, TURN] = turns
         numbers[:, SIZE] = np.log(growths)
-        painted = stopped(opacities, projected_areas(scales), self.footprints * growths**2, labels)
+        footprints = self.footprints * growths**2
+        painted = stopped(opacities, projected_areas(scales), footprints, Groups.ascending(self.starts))
         numbers[:, OPACITY] = np.divide(
             painted, self.painted, out=np.ones(len(painted)), where=self.painted > 0
         )

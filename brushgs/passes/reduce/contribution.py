@@ -7,15 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.core.native import core as _core
-from brushgs.core.threads import in_turn
+from brushgs.core.threads import in_turn, num_threads_or_default
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.finest import finest_of, seen_scales
 from brushgs.passes.reduce.morton import morton_order
-from brushgs.passes.row_blocks import blocks_of, for_blocks
+from brushgs.passes.row_blocks import blocks_of
 from brushgs.values.arrays import Array
 from brushgs.values.gaussians import Gaussians
 
-THOMSEN = 1.6075  # exponent of Thomsen's surface formula: an error of at most 1.1 %
 # 7 lines, in both directions: axes and space diagonals of a cube. 13 lines change a picture by under 0.1 dB.
 LINES = np.array(
     [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1), (1, 1, -1), (1, -1, 1), (-1, 1, 1)], dtype=np.float64
@@ -33,33 +32,18 @@ def projected_areas(scales: Array) -> NDArray[np.float64]:
     """Mean projected area of ellipsoids over all directions, divided by pi, [N] float64.
 
     The mean projected area of a convex body is a quarter of its surface (Cauchy); the surface of an ellipsoid
-    is 4 pi (((ab)^p + (ac)^p + (bc)^p) / 3)^(1/p), p = 1.6075 (Thomsen). A disc of radius 1 gives about 1/2,
+    is 4 pi (((ab)^p + (ac)^p + (bc)^p) / 3)^(1/p), p = 1.6075, right to 1.1 % (Thomsen). A disc of radius 1 gives about 1/2,
     a ball 1: a sum of products such as ab + ac + bc would give 1 and 3.
 
     Args:
         scales: [N, 3] half axes (standard deviations), any unit.
     """
-    areas = np.empty(len(scales))
-
-    def fill(rows: slice) -> None:
-        areas[rows] = _areas(scales[rows])
-
-    for_blocks(fill, len(scales))
-    return areas
+    return _core.projected_areas(np.ascontiguousarray(scales), num_threads_or_default(None))
 
 
 def paint_of(gaussians: Gaussians) -> NDArray[np.float64]:
     """[N] the paint of Gaussians: opacity times mean projected area, world units squared over pi."""
     return np.asarray(gaussians.opacities * projected_areas(gaussians.scales))
-
-
-def _areas(scales: Array) -> NDArray[np.float64]:
-    a, b, c = (scales[:, axis].astype(np.float64) for axis in range(3))
-    longest = np.maximum(np.maximum(a, b), c)
-    unit = np.where(longest > 0, longest, 1.0)  # powers of tiny and huge scales stay in range
-    a, b, c = a / unit, b / unit, c / unit
-    mean = ((a * b) ** THOMSEN + (a * c) ** THOMSEN + (b * c) ** THOMSEN) / 3
-    return np.asarray(mean ** (1 / THOMSEN) * unit**2)
 
 
 def seen_areas(gaussians: Gaussians) -> NDArray[np.float64]:

@@ -23,14 +23,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.core.threads import in_turn
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import Merge
 from brushgs.passes.finest import finest_of, seen_scales
 from brushgs.passes.form.gaps import growth
 from brushgs.passes.groups import Groups, compacted
 from brushgs.passes.reduce.contribution import projected_areas, visible_shares
-from brushgs.passes.row_blocks import MOST_THREADS, blocks_of
-from brushgs.values.arrays import F64, Array, Rows, check
+from brushgs.values.arrays import F64, Array, check
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import normalized, quats_of, rotation_matrices
 
@@ -120,10 +120,10 @@ def _cover(
     areas = projected_areas(seen_scales(gaussians.scales, finest))
     shares = shares_by_label(gaussians.opacities * areas, labels, num)
     means = groups.sums(gaussians.means, shares)
-    within, between = covariances(gaussians, means, shares, labels)
+    within, between = covariances(gaussians, means, shares, groups)
     scales, _ = principal_axes(within + between)
     footprints = projected_areas(seen_scales(scales, finest))
-    opacities = stopped(gaussians.opacities, areas, footprints, labels)
+    opacities = stopped(gaussians.opacities, areas, footprints, groups)
     scales, rotations = principal_axes(within + (overlap or OVERLAP) * between)
     if overlap is None:
         more = growth(means, seen_scales(scales, finest).astype(np.float64), rotations, opacities)
@@ -151,46 +151,40 @@ def shares_by_label(weights: F64, labels: NDArray[np.integer[Any]], num: int) ->
     return np.asarray(weights / totals[labels])
 
 
-def covariances(
-    gaussians: Gaussians, means: NDArray[np.float64], shares: F64, labels: NDArray[np.integer[Any]]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Weighted mean covariance of the members, and covariance of their means, by label: [num, 3, 3] each."""
-    within, between = np.zeros((2, len(means), 3, 3))
+def covariances(gaussians: Gaussians, means: F64, shares: F64, groups: Groups) -> tuple[F64, F64]:
+    """Weighted mean covariance of the members, and covariance of their means, by group: [k, 3, 3] each.
 
-    def sums_of(rows: slice) -> tuple[Rows, F64, F64]:
-        local, num_used = compacted(labels[rows])  # few labels occur in so many rows
-        used = np.empty(num_used, np.intp)
-        used[local] = labels[rows]
-        groups, weights = Groups.of(local, num_used), shares[rows]
-        axes = rotation_matrices(gaussians.quats[rows]) * gaussians.scales[rows, None, :]
-        away = gaussians.means[rows] - means[labels[rows]]
-        products = (weights[:, None] * away)[:, :, None] * away[:, None, :]
-        own = groups.sums(axes @ axes.transpose(0, 2, 1), weights, 1)
-        return used, own, groups.sums(products, np.ones(len(weights)), 1)
-
-    for used, own, products in in_turn(sums_of, blocks_of(len(labels)), at_once=MOST_THREADS):
-        within[used] += own
-        between[used] += products
-    return within, between
+    Args:
+        gaussians: N Gaussians.
+        means: [k, 3] weighted means of the groups.
+        shares: [N] weights whose sum is 1 in every group.
+        groups: of the rows.
+    """
+    columns = (gaussians.means, gaussians.quats, gaussians.scales)
+    threads = num_threads_or_default(None)
+    return _core.sum_covariances(
+        *map(np.ascontiguousarray, columns), shares, groups.rows, groups.begins, means, threads
+    )
 
 
-def principal_axes(covars: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def principal_axes(covars: F64) -> tuple[F64, F64]:
     """Standard deviations [N, 3], ascending, and axes [N, 3, 3] (columns, right-handed) of covariances.
 
     Each is divided by its trace first, so that 1e-100 and 1e100 are treated alike; a variance that rounding
-    made negative is zero.
+    made negative is zero. Of the two longer axes the largest component is positive.
     """
-    traces = np.einsum("nii->n", covars)
-    unit = np.where(traces > 0, traces, 1.0)
-    variances, axes = np.linalg.eigh(covars / unit[:, None, None])
-    axes[np.linalg.det(axes) < 0, :, 0] *= -1
-    return np.sqrt(np.maximum(variances, 0.0)) * np.sqrt(unit)[:, None], axes
+    return _core.principal_axes(np.ascontiguousarray(covars), num_threads_or_default(None))
 
 
-def stopped(opacities: Array, areas: F64, footprints: F64, labels: NDArray[np.integer[Any]]) -> F64:
-    """Probability that a ray through each footprint is stopped by members at random places in it, [num]."""
-    footprints_here = footprints[labels]
-    parts = np.divide(areas, footprints_here, out=np.ones_like(areas), where=footprints_here > areas)
-    with np.errstate(divide="ignore"):  # log 0: an opaque member that covers all
-        passed = np.log1p(-parts * opacities)
-    return np.asarray(-np.expm1(np.bincount(labels, passed, len(footprints))))
+def stopped(opacities: Array, areas: F64, footprints: F64, groups: Groups) -> F64:
+    """Probability that a ray through each footprint is stopped by members at random places in it, [k].
+
+    Args:
+        opacities: [N] of the members.
+        areas: [N] their areas.
+        footprints: [k] areas of the groups, in the same unit.
+        groups: of the rows.
+    """
+    opacities = np.ascontiguousarray(opacities)
+    threads = num_threads_or_default(None)
+    return _core.stop_groups(opacities, areas, footprints, groups.rows, groups.begins, threads)

@@ -1,0 +1,57 @@
+"""What the core computes of merged Gaussians, in NumPy, float64: short, slow and obvious."""
+
+import numpy as np
+
+THOMSEN = 1.6075
+
+
+def areas(scales):
+    a, b, c = np.asarray(scales, np.float64).T
+    longest = np.maximum(np.maximum(a, b), c)
+    unit = np.where(longest > 0, longest, 1.0)
+    a, b, c = a / unit, b / unit, c / unit
+    mean = ((a * b) ** THOMSEN + (a * c) ** THOMSEN + (b * c) ** THOMSEN) / 3
+    return mean ** (1 / THOMSEN) * unit**2
+
+
+def within_and_between(scene, own, means, shares, labels):
+    """`own` [N, 3, 3] are the covariances of the members."""
+    within, between = np.zeros((2, len(means), 3, 3))
+    for row, label in enumerate(labels):
+        away = scene.means[row].astype(np.float64) - means[label]
+        within[label] += shares[row] * own[row]
+        between[label] += shares[row] * np.outer(away, away)
+    return within, between
+
+
+def stopped(opacities, own_areas, footprints, labels):
+    passed = np.ones(len(footprints))
+    for opacity, area, label in zip(opacities, own_areas, labels, strict=True):
+        passed[label] *= 1 - opacity * (min(1, area / footprints[label]) if footprints[label] > 0 else 1)
+    return 1 - passed
+
+
+def squared_distance(row, other, means, scales, axes):
+    """Squared Mahalanobis distance of a centre to another stroke, seen along the thinnest axis of the first."""
+    unit = scales[other, 2] if scales[other, 2] > 0 else 1.0
+    in_layer = axes[row][:, 1:].T
+    factors = in_layer @ (axes[other] * (scales[other] / unit))
+    with np.errstate(over="ignore"):
+        x, y = in_layer @ np.clip((means[row] - means[other]) / unit, -1e6, 1e6)
+    (xx, xy), (_, yy) = factors @ factors.T
+    area = max(xx * yy - xy * xy, 1e-12 * (xx + yy) ** 2)
+    return max(yy * x * x - 2 * xy * x * y + xx * y * y, 0) / area if area > 0 else np.inf
+
+
+def cover(means, scales, axes, opacities, neighbors, num_touching, touch):
+    passed, touching, parallel = np.ones(len(means)), np.zeros(len(means)), np.zeros(len(means))
+    for row, others in enumerate(neighbors):
+        for rank, other in enumerate(others):
+            if other == row:
+                continue
+            away = squared_distance(row, other, means, scales, axes)
+            passed[row] *= 1 - opacities[other] * np.exp(-0.5 * away)
+            if rank < num_touching and away < touch:
+                touching[row] += 1
+                parallel[row] += abs(axes[row][:, 0] @ axes[other][:, 0])
+    return passed, touching, parallel

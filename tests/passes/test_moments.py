@@ -1,0 +1,108 @@
+"""The core against the NumPy twin, on scenes of every strange kind, and in any number of threads."""
+
+import numpy as np
+import pytest
+
+from brushgs.core.native import core as _core
+from brushgs.core.threads import at_most, num_threads_or_default
+from brushgs.passes.form.coverage import nearest_others
+from brushgs.passes.groups import Groups
+from brushgs.passes.reduce.contribution import projected_areas
+from brushgs.passes.reduce.merge import covariances, principal_axes, shares_by_label, stopped
+from brushgs.values.quats import rotation_matrices
+from tests.kit.for_each import for_each
+from tests.passes import moments_twin as twin
+from tests.passes.scenes import covariances as covariances_of
+from tests.passes.scenes import random_gaussians, replaced, strange_strokes
+
+STRANGE = strange_strokes()
+NUM_GROUPS = 7
+SCALARS = [np.float32, np.float64]
+
+
+def groups_of(scene):
+    labels = np.random.default_rng(1).integers(0, NUM_GROUPS - 1, len(scene)).astype(np.int32)
+    return labels, Groups.of(labels, NUM_GROUPS)  # the last has no rows
+
+
+def with_threads(work):
+    """The result of one thread, which must be that of three."""
+    with at_most(1):
+        alone = work()
+    with at_most(3):
+        several = work()
+    for one, other in zip(alone, several, strict=True):
+        np.testing.assert_array_equal(one, other)
+    return alone
+
+
+@for_each("name", STRANGE)
+@for_each("dtype", SCALARS)
+def test_areas_are_those_of_the_formula(name, dtype):
+    scales = STRANGE[name].astype(dtype).scales
+    found = with_threads(lambda: projected_areas(scales))
+    np.testing.assert_allclose(found, twin.areas(scales), rtol=2e-14)
+
+
+@for_each("name", STRANGE)
+@for_each("dtype", SCALARS)
+def test_covariances_within_and_between_are_those_of_the_twin(name, dtype):
+    scene = STRANGE[name].astype(dtype)
+    labels, groups = groups_of(scene)
+    shares = shares_by_label(scene.opacities * projected_areas(scene.scales), labels, NUM_GROUPS)
+    means = groups.sums(scene.means, shares)
+    found = with_threads(lambda: covariances(scene, means, shares, groups))
+    own = covariances_of(scene.astype(np.float64))
+    for one, expected in zip(found, twin.within_and_between(scene, own, means, shares, labels), strict=True):
+        size = np.abs(expected).max(axis=(1, 2), keepdims=True)
+        assert (np.abs(one - expected) <= 1e-12 * size).all()
+        np.testing.assert_array_equal(one, one.transpose(0, 2, 1))
+
+
+@for_each("dtype", SCALARS)
+@for_each("footprint", [0.0, 0.01, 1.0, 1e30])
+def test_what_stops_a_ray_is_the_product_of_what_passes_each(dtype, footprint):
+    scene = random_gaussians(80).astype(dtype)
+    some = [0, 1, 1e-30, 1e-9, 1 - 1e-7, 0.99]
+    scene = replaced(scene, opacities=np.concatenate([some, scene.opacities[6:]]).astype(dtype))
+    labels, groups = groups_of(scene)
+    own = projected_areas(scene.scales)
+    footprints = np.full(NUM_GROUPS, footprint)
+    found = with_threads(lambda: stopped(scene.opacities, own, footprints, groups))
+    np.testing.assert_allclose(found, twin.stopped(scene.opacities, own, footprints, labels), atol=1e-13)
+    assert found[-1] == 0
+    if footprint == 1e30:  # where hardly anything is stopped, it is the sum of what each stops
+        expected = np.bincount(labels, scene.opacities * own / footprint, NUM_GROUPS)
+        np.testing.assert_allclose(found, expected, rtol=1e-13)
+
+
+def test_the_largest_component_of_the_longer_axes_is_positive_and_threads_do_not_matter():
+    axes = np.random.default_rng(0).normal(size=(300, 3, 3))
+    covars = axes @ axes.transpose(0, 2, 1)
+    scales, turned = with_threads(lambda: principal_axes(covars))
+    np.testing.assert_allclose(scales**2, np.linalg.eigvalsh(covars), rtol=1e-9, atol=1e-14)
+    largest = np.take_along_axis(turned, np.abs(turned).argmax(axis=1)[:, None], axis=1)[:, 0]
+    assert (largest[:, 1:] > 0).all()
+    scales, turned = principal_axes(np.zeros((1, 3, 3)))
+    assert not scales.any()
+    np.testing.assert_allclose(np.linalg.det(turned), 1)
+
+
+@pytest.mark.filterwarnings("ignore:overflow")
+@for_each("name", STRANGE)
+def test_light_that_passes_and_neighbours_that_touch_are_those_of_the_twin(name):
+    scene = STRANGE[name]
+    order = np.argsort(scene.scales, axis=1)
+    scales = np.take_along_axis(scene.scales, order, axis=1)
+    axes = np.take_along_axis(rotation_matrices(scene.quats), order[:, None, :], axis=2)
+    neighbors = nearest_others(scene.means, 8)
+    if neighbors.size:
+        neighbors[::5, 0] = np.arange(len(scene), dtype=np.int32)[::5]  # itself: does not count
+    columns = (scene.means, scales, axes, scene.opacities)
+
+    given = dict(zip(("means", "scales", "axes", "opacities"), columns, strict=True))
+    given |= {"rows": np.arange(len(scene)), "neighbors": neighbors, "num_touching": 5, "touch": 20.0}
+    found = with_threads(lambda: _core.cover(**given, num_threads=num_threads_or_default(None)))
+    for one, other in zip(found, twin.cover(*columns, neighbors, 5, 20.0), strict=True):
+        # Of needles seen end-on all digits but four cancel: 6e-7 at worst.
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-6 if name == "needles" else 1e-9)
