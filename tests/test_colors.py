@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
 
+from brushgs.core.threads import at_most
 from brushgs.options.choices import COLORS
-from brushgs.values.colors import flatten, rgb_of, split_alpha
+from brushgs.passes.color.color_space import oklab_planes
+from brushgs.values.colors import flatten, oklab_of, rgb_of, split_alpha
 from tests.kit.for_each import for_each
 
 PIXELS = np.random.default_rng(0).random((3, 5, 4), dtype=np.float32)
@@ -52,3 +54,14 @@ def test_every_name_is_a_colour_and_grey_is_gray():
 def test_what_is_no_colour_is_refused_with_those_known(text):
     with pytest.raises(ValueError, match=r"a colour must be '#rrggbb' or one of white, black, gray, .* got"):
         rgb_of(text)
+
+
+def test_oklab_by_tables_is_that_of_the_formula_for_any_number_of_threads():
+    picture = np.random.default_rng(0).uniform(-0.1, 1.1, (90, 111, 3)).astype(np.float32)
+    with at_most(1):
+        planes = oklab_planes(picture)
+    with at_most(3):
+        np.testing.assert_array_equal(oklab_planes(picture), planes)
+    expected = oklab_of(np.clip(picture, 0, 1).reshape(-1, 3).astype(np.float64)).T.reshape(planes.shape)
+    np.testing.assert_allclose(planes, expected, atol=0.002)
+    assert oklab_planes(picture[:0]).shape == (3, 0, 111)

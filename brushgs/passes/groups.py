@@ -34,7 +34,7 @@ class Groups:
 
     @classmethod
     def ascending(cls, begins: NDArray[np.integer[Any]]) -> "Groups":
-        """Groups of ascending labels, which begin at `begins` [k + 1]; the last number is that of the rows."""
+        """Groups of ascending labels, which begin at `begins` [k + 1]; the last is the number of rows."""
         return cls(np.arange(begins[-1], dtype=np.int32), np.ascontiguousarray(begins, np.int64))
 
     def __len__(self) -> int:

@@ -51,6 +51,7 @@ constexpr const char* name_of_scalar = sizeof(T) == 4 ? "float" : "double";
 
 // Each runs its cases in both scalars.
 void run_gaussian_cases(Cases& cases);
+void run_stroke_cases(Cases& cases);
 void run_box_cases(Cases& cases);
 void run_plane_cases(Cases& cases);
 

@@ -9,6 +9,7 @@ int main() {
     std::fprintf(stderr, "%s\n", brushgs::isa_name(brushgs::best_isa()));
     native::Cases cases;
     native::run_gaussian_cases(cases);
+    native::run_stroke_cases(cases);
     native::run_box_cases(cases);
     native::run_plane_cases(cases);
     return cases.has_failed() ? 1 : 0;

@@ -26,6 +26,7 @@
 #include "brushgs/light_along.hpp"
 #include "brushgs/moments.hpp"
 #include "brushgs/nearest.hpp"
+#include "brushgs/oklab.hpp"
 #include "brushgs/painted_sums.hpp"
 #include "brushgs/photometric.hpp"
 #include "brushgs/press.hpp"
@@ -1257,6 +1258,18 @@ void def_moments(nb::module_& m) {
           "opacities [N] and areas [N], at random places in it.");
 }
 
+void oklab_planes(In<float, 3> rgb, In<float, 1> light, In<float, 1> roots, In<float, 2> cones_from_rgb,
+                  In<float, 2> lab_from_roots, Out<float, 3> planes, int num_threads) {
+    const brushgs::OklabTables tables{.light = light.data(),
+                                      .num_light = light.shape(0),
+                                      .roots = roots.data(),
+                                      .num_roots = roots.shape(0),
+                                      .cones_from_rgb = cones_from_rgb.data(),
+                                      .lab_from_roots = lab_from_roots.data()};
+    const nb::gil_scoped_release without_gil;
+    brushgs::oklab_planes(tables, rgb.data(), rgb.shape(0) * rgb.shape(1), num_threads, planes.data());
+}
+
 // Stroke levels
 
 void fill_levels(In<std::uint8_t, 2> coverage, std::optional<In<std::uint8_t, 2>> height,
@@ -1404,6 +1417,9 @@ NB_MODULE(_core, m) {
           "num_threads"_a,
           "For these rows [n] of strokes with these neighbors [n, m], the light that passes them, how many of the "
           "first neighbors touch, and the sum of the cosines between normals, [n] each. See coverage.hpp.");
+    m.def("oklab_planes", &oklab_planes, nb::kw_only(), "rgb"_a.noconvert(), "light"_a.noconvert(),
+          "roots"_a.noconvert(), "cones_from_rgb"_a.noconvert(), "lab_from_roots"_a.noconvert(), "planes"_a.noconvert(),
+          "num_threads"_a, "Write OKLab planes [3, H, W] of a picture [H, W, 3], 0 to 1; see oklab.hpp.");
     m.def("light_along", &light_along, "places"_a.noconvert(), "depths"_a.noconvert(), "reach"_a,
           "from_above"_a.noconvert(), "from_below"_a.noconvert(),
           "Write for places [N] on a line minus the optical depth [N] of what lies above each and below each, within "

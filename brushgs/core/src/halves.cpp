@@ -14,19 +14,20 @@ namespace {
 constexpr std::size_t kGroupsPerItem = 8;
 constexpr double kLeastWeight = 1e-300;
 
-// The members of one group.
-template <class T>
+// The members of one group; kSize features each, or any number where it is 0: a number that the compiler knows halves
+// the time.
+template <class T, std::size_t kSize>
 struct Members {
     Members(const Halving<T>& halving, std::size_t group, std::vector<double>& offsets)
         : halving(halving),
           rows(halving.rows + halving.begins[group]),
           count(static_cast<std::size_t>(halving.begins[group + 1] - halving.begins[group])),
-          size(halving.num_features),
           is_second(halving.is_second + halving.begins[group]),
           away(offsets) {
-        away.resize(count * size);
+        away.resize(count * size());
     }
 
+    std::size_t size() const { return kSize > 0 ? kSize : halving.num_features; }
     double weight(std::size_t i) const { return halving.weights[rows[i]]; }
 
     // Offsets from the weighted mean.
@@ -34,15 +35,15 @@ struct Members {
         double mean[kMostFeatures] = {};
         total = 0;
         for (std::size_t i = 0; i < count; ++i) {
-            const T* point = halving.points + static_cast<std::size_t>(rows[i]) * size;
+            const T* point = halving.points + static_cast<std::size_t>(rows[i]) * size();
             total += weight(i);
-            for (std::size_t k = 0; k < size; ++k) mean[k] += weight(i) * static_cast<double>(point[k]);
+            for (std::size_t k = 0; k < size(); ++k) mean[k] += weight(i) * static_cast<double>(point[k]);
         }
         total = std::max(total, kLeastWeight);
-        for (std::size_t k = 0; k < size; ++k) mean[k] /= total;
+        for (std::size_t k = 0; k < size(); ++k) mean[k] /= total;
         for (std::size_t i = 0; i < count; ++i) {
-            const T* point = halving.points + static_cast<std::size_t>(rows[i]) * size;
-            for (std::size_t k = 0; k < size; ++k) away[i * size + k] = static_cast<double>(point[k]) - mean[k];
+            const T* point = halving.points + static_cast<std::size_t>(rows[i]) * size();
+            for (std::size_t k = 0; k < size(); ++k) away[i * size() + k] = static_cast<double>(point[k]) - mean[k];
         }
     }
 
@@ -50,9 +51,10 @@ struct Members {
     void mean_products(std::size_t width, double* products) const {
         std::fill_n(products, width * width, 0.0);
         for (std::size_t i = 0; i < count; ++i) {
-            const double* offset = away.data() + i * size;
+            const double* offset = away.data() + i * size();
+            const double share = weight(i);
             for (std::size_t p = 0; p < width; ++p)
-                for (std::size_t q = p; q < width; ++q) products[p * width + q] += weight(i) * (offset[p] * offset[q]);
+                for (std::size_t q = p; q < width; ++q) products[p * width + q] += share * (offset[p] * offset[q]);
         }
         for (std::size_t p = 0; p < width; ++p)
             for (std::size_t q = p; q < width; ++q)
@@ -92,7 +94,7 @@ struct Members {
                     after += factors[i * 3 + j] * between[j * 3 + k] * factors[i * 3 + k];
         const double scale = after > 0 ? std::sqrt(spread / after) : 0;
         for (std::size_t i = 0; i < count; ++i) {
-            double* offset = away.data() + i * size;
+            double* offset = away.data() + i * size();
             const double before[3] = {offset[0], offset[1], offset[2]};
             for (std::size_t p = 0; p < 3; ++p)
                 offset[p] = scale * (factors[p * 3] * before[0] + factors[p * 3 + 1] * before[1] +
@@ -103,14 +105,14 @@ struct Members {
     // Halves on both sides of the mean, across the direction of the largest variance.
     void part_across() {
         double products[kMostFeatures * kMostFeatures], vectors[kMostFeatures * kMostFeatures];
-        mean_products(size, products);
-        symmetric_eigen(products, vectors, size);
+        mean_products(size(), products);
+        symmetric_eigen(products, vectors, size());
         std::size_t widest = 0;
-        for (std::size_t k = 1; k < size; ++k)
-            if (products[k * (size + 1)] >= products[widest * (size + 1)]) widest = k;
+        for (std::size_t k = 1; k < size(); ++k)
+            if (products[k * (size() + 1)] >= products[widest * (size() + 1)]) widest = k;
         for (std::size_t i = 0; i < count; ++i) {
             double along = 0;
-            for (std::size_t k = 0; k < size; ++k) along += away[i * size + k] * vectors[k * size + widest];
+            for (std::size_t k = 0; k < size(); ++k) along += away[i * size() + k] * vectors[k * size() + widest];
             is_second[i] = along > 0;
         }
     }
@@ -120,15 +122,15 @@ struct Members {
         double totals[2] = {}, means[2][kMostFeatures] = {};
         for (std::size_t i = 0; i < count; ++i) {
             totals[is_second[i]] += weight(i);
-            for (std::size_t k = 0; k < size; ++k) means[is_second[i]][k] += weight(i) * away[i * size + k];
+            for (std::size_t k = 0; k < size(); ++k) means[is_second[i]][k] += weight(i) * away[i * size() + k];
         }
         for (std::size_t half = 0; half < 2; ++half)
-            for (std::size_t k = 0; k < size; ++k) means[half][k] /= std::max(totals[half], kLeastWeight);
+            for (std::size_t k = 0; k < size(); ++k) means[half][k] /= std::max(totals[half], kLeastWeight);
         for (std::size_t i = 0; i < count; ++i) {
             double distances[2] = {};
             for (std::size_t half = 0; half < 2; ++half)
-                for (std::size_t k = 0; k < size; ++k) {
-                    const double offset = away[i * size + k] - means[half][k];
+                for (std::size_t k = 0; k < size(); ++k) {
+                    const double offset = away[i * size() + k] - means[half][k];
                     distances[half] += offset * offset;
                 }
             is_second[i] = distances[1] < distances[0];
@@ -149,23 +151,28 @@ struct Members {
     const Halving<T>& halving;
     const std::int32_t* rows;
     std::size_t count;
-    std::size_t size;
     std::uint8_t* is_second;
     std::vector<double>& away;  // [count, size]
     double total = 0;           // weight
 };
 
-}  // namespace
-
-template <class T>
-void halve_groups(const Halving<T>& halving) {
+template <class T, std::size_t kSize>
+void halve_all(const Halving<T>& halving) {
     const std::size_t num_items = (halving.num_groups + kGroupsPerItem - 1) / kGroupsPerItem;
     parallel_for(num_items, halving.num_threads, [&](std::size_t item) {
         std::vector<double> offsets;
         const std::size_t end = std::min((item + 1) * kGroupsPerItem, halving.num_groups);
         for (std::size_t group = item * kGroupsPerItem; group < end; ++group)
-            Members<T>(halving, group, offsets).halve();
+            Members<T, kSize>(halving, group, offsets).halve();
     });
+}
+
+}  // namespace
+
+template <class T>
+void halve_groups(const Halving<T>& halving) {
+    constexpr std::size_t still = 9;  // position, scales and colour
+    halving.num_features == still ? halve_all<T, still>(halving) : halve_all<T, 0>(halving);
 }
 
 template void halve_groups<float>(const Halving<float>&);

@@ -30,12 +30,13 @@ void half_axes(const T* quat, const T* scales, double* axes) {
     double q[4], largest = 0, squares = 0;
     for (std::size_t k = 0; k < 4; ++k)
         q[k] = static_cast<double>(quat[k]), largest = std::max(largest, std::abs(q[k]));
-    for (double& value : q) value /= largest, squares += value * value;  // first, so that no square overflows
-    const double length = std::sqrt(squares);
-    const double w = q[0] / length, x = q[1] / length, y = q[2] / length, z = q[3] / length;
-    const double turned[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
-                              2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-                              2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
+    const double unit = 1 / largest;
+    for (double& value : q) value *= unit, squares += value * value;  // first, so that no square overflows
+    const double two = 2 / squares;
+    const auto [w, x, y, z] = q;
+    const double turned[9] = {1 - two * (y * y + z * z), two * (x * y - w * z),     two * (x * z + w * y),
+                              two * (x * y + w * z),     1 - two * (x * x + z * z), two * (y * z - w * x),
+                              two * (x * z - w * y),     two * (y * z + w * x),     1 - two * (x * x + y * y)};
     for (std::size_t k = 0; k < 9; ++k) axes[k] = turned[k] * static_cast<double>(scales[k % 3]);
 }
 
@@ -48,10 +49,11 @@ void projected_areas(const T* scales, std::size_t count, int num_threads, double
     for_each(count, kRowsPerItem, num_threads, [&](std::size_t i) {
         double a = static_cast<double>(scales[3 * i]), b = static_cast<double>(scales[3 * i + 1]),
                c = static_cast<double>(scales[3 * i + 2]);
-        const double longest = std::max({a, b, c}), unit = longest > 0 ? longest : 1;
-        a /= unit, b /= unit, c /= unit;  // powers of tiny and huge scales stay in range
-        const double sum = power_of(a * b, kThomsen) + power_of(a * c, kThomsen) + power_of(b * c, kThomsen);
-        areas[i] = power_of(sum / 3, 1 / kThomsen) * (unit * unit);
+        if (b > a) std::swap(a, b);
+        if (c > a) std::swap(a, c);
+        const double unit = a > 0 ? a : 1;  // powers of tiny and huge scales stay in range
+        const double ab = power_of(b / unit, kThomsen), ac = power_of(c / unit, kThomsen);
+        areas[i] = a > 0 ? power_of((ab + ac + ab * ac) / 3, 1 / kThomsen) * (unit * unit) : 0;
     });
 }
 

@@ -12,6 +12,8 @@ from functools import cache
 
 import numpy as np
 
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import ColorSpace
 from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.colors import (
@@ -60,13 +62,20 @@ def in_gamut(colors: F64, asked: F64, rgb_of: Callable[[F64], F64]) -> F64:
 def oklab_planes(rgb: F32) -> F32:
     """OKLab [3, H, W] of a picture [H, W, 3], display-encoded, 0 to 1.
 
-    Both curves are tables: a fifth of the time of `oklab_of`, right to 0.002.
+    Both curves are tables: right to 0.002. What is beyond 0 to 1 is clipped.
     """
     light, roots = _curves()
-    linear = light[(rgb * (len(light) - 1)).astype(np.uint16)]
-    cones = np.sqrt(linear @ CONES_FROM_RGB.T.astype(np.float32))
-    lab = roots[(cones * (len(roots) - 1)).astype(np.uint16)] @ OKLAB_FROM_ROOTS.T.astype(np.float32)
-    return np.ascontiguousarray(lab.transpose(2, 0, 1))
+    planes = np.empty((3, *rgb.shape[:2]), np.float32)
+    _core.oklab_planes(
+        rgb=np.ascontiguousarray(rgb, np.float32),
+        light=light,
+        roots=roots,
+        cones_from_rgb=CONES_FROM_RGB.astype(np.float32),
+        lab_from_roots=OKLAB_FROM_ROOTS.astype(np.float32),
+        planes=planes,
+        num_threads=num_threads_or_default(None),
+    )
+    return planes
 
 
 @cache

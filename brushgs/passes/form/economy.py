@@ -61,7 +61,7 @@ class ViewingError:
 def _seen(frame: Frame) -> tuple[F32, F32]:
     rgb, alpha = _halved(frame.rgb), _halved(frame.alpha[..., None])
     over_white = rgb + (1 - alpha)
-    return oklab_planes(np.clip(rgb, 0, 1)), oklab_planes(np.clip(over_white, 0, 1))
+    return oklab_planes(rgb), oklab_planes(over_white)
 
 
 def _halved(picture: Array) -> F32:

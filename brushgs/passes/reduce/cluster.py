@@ -226,7 +226,8 @@ def _group_seen(
     gaussians, weights = seen.gaussians, seen.weights(focus)
     points = _points(gaussians, features, motion)
     # Merged colours are weighted by opacity x area x this, the visible area.
-    largest = gaussians.opacities * seen_areas(gaussians)
+    areas = seen_areas(gaussians)
+    largest = gaussians.opacities * areas
     visible = seen.areas / np.maximum(largest, largest.max() * 1e-12)
     visible = np.maximum(visible, visible.max() * 1e-12)
     first = max(1, round(first_share(economy, FIRST_SHARE) * num_strokes))
@@ -234,7 +235,7 @@ def _group_seen(
     found = keep_pure(found, points, weights, gaussians, first)
 
     def merged(labels: NDArray[np.intp]) -> Gaussians:
-        return merge_clusters(gaussians, labels, overlap=OVERLAP, visible=visible)
+        return merge_clusters(gaussians, labels, overlap=OVERLAP, visible=visible, areas=areas)
 
     rounds = split(
         found.labels,

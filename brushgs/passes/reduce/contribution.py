@@ -32,8 +32,8 @@ def projected_areas(scales: Array) -> NDArray[np.float64]:
     """Mean projected area of ellipsoids over all directions, divided by pi, [N] float64.
 
     The mean projected area of a convex body is a quarter of its surface (Cauchy); the surface of an ellipsoid
-    is 4 pi (((ab)^p + (ac)^p + (bc)^p) / 3)^(1/p), p = 1.6075, right to 1.1 % (Thomsen). A disc of radius 1 gives about 1/2,
-    a ball 1: a sum of products such as ab + ac + bc would give 1 and 3.
+    is 4 pi (((ab)^p + (ac)^p + (bc)^p) / 3)^(1/p), p = 1.6075, right to 1.1 % (Thomsen). A disc of radius 1
+    gives about 1/2, a ball 1: a sum of products such as ab + ac + bc would give 1 and 3.
 
     Args:
         scales: [N, 3] half axes (standard deviations), any unit.

@@ -29,10 +29,10 @@ from brushgs.options.choices import Merge
 from brushgs.passes.finest import finest_of, seen_scales
 from brushgs.passes.form.gaps import growth
 from brushgs.passes.groups import Groups, compacted
-from brushgs.passes.reduce.contribution import projected_areas, visible_shares
+from brushgs.passes.reduce.contribution import projected_areas, seen_areas, visible_shares
 from brushgs.values.arrays import F64, Array, check
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.quats import normalized, quats_of, rotation_matrices
+from brushgs.values.quats import normalized, quats_of
 
 # Factor on the variance between members, 1.16 in length. Members distributed evenly over a disc have half its
 # radius as deviation, and a Gaussian of that deviation paints half of the disc: 2 would paint as much as it,
@@ -48,6 +48,7 @@ def merge_clusters(
     merge: Merge = "cover",
     overlap: float | None = None,
     visible: F64 | None = None,
+    areas: F64 | None = None,
 ) -> Gaussians:
     """Merge the Gaussians that share a label.
 
@@ -61,6 +62,7 @@ def merge_clusters(
         overlap: of "cover": factor on the variance between members, > 0; 1 conserves the covariance. None for
             1.35, and up to 2.55 if strokes would leave gaps.
         visible: of "cover": [N] `visible_shares` of the Gaussians, if known.
+        areas: of "cover": [N] `seen_areas` of the Gaussians, if known.
 
     Returns:
         One Gaussian per label in use, by ascending label, in the dtype of the input. With "cover" a single
@@ -71,8 +73,9 @@ def merge_clusters(
         ValueError: if the lengths differ, the rule is unknown or `overlap` is out of range.
     """
     check("merge_clusters", means=(gaussians.means, "N 3"), labels=(labels, "N"))
-    if visible is not None:
-        check("merge_clusters", means=(gaussians.means, "N 3"), visible=(visible, "N"))
+    for name, values in (("visible", visible), ("areas", areas)):
+        if values is not None:
+            check("merge_clusters", means=(gaussians.means, "N 3"), **{name: (values, "N")})
     if not np.issubdtype(labels.dtype, np.integer):
         raise TypeError(f"merge_clusters: labels must be integers, got {labels.dtype}")
     if merge not in ("cover", "paper"):
@@ -82,7 +85,7 @@ def merge_clusters(
     compact, num = compacted(labels)
     groups = Groups.of(compact, num)
     if merge == "cover":
-        merged = _cover(gaussians, compact, groups, overlap, visible)
+        merged = _cover(gaussians, compact, groups, overlap, visible, areas)
     else:
         merged = _paper(gaussians, compact, groups)
     dtype = gaussians.means.dtype.type
@@ -115,9 +118,10 @@ def _cover(
     groups: Groups,
     overlap: float | None,
     visible: F64 | None,
+    areas: F64 | None,
 ) -> Gaussians:
     num, finest = len(groups), finest_of(gaussians)
-    areas = projected_areas(seen_scales(gaussians.scales, finest))
+    areas = seen_areas(gaussians) if areas is None else areas
     shares = shares_by_label(gaussians.opacities * areas, labels, num)
     means = groups.sums(gaussians.means, shares)
     within, between = covariances(gaussians, means, shares, groups)

@@ -9,7 +9,7 @@ namespace brushgs {
 
 // The eigenvalues are on the diagonal of `matrix` afterwards, the eigenvectors in the columns of `vectors`, both
 // [size, size] by rows; neither is sorted.
-inline void symmetric_eigen(double* matrix, double* vectors, std::size_t size) {
+[[gnu::always_inline]] inline void symmetric_eigen(double* matrix, double* vectors, std::size_t size) {
     constexpr int kMostSweeps = 30;  // convergence is quadratic: six do for 16 x 16
     for (std::size_t i = 0; i < size * size; ++i) vectors[i] = i % (size + 1) == 0;
     for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
