@@ -119,12 +119,23 @@ void run_oklab(Cases& cases) {
     const auto rgb = random.numbers<float>(3 * num_pixels, -0.1, 1.1), light = random.numbers<float>(num_steps, 0, 1),
                roots = random.numbers<float>(num_steps, 0, 1), cones = random.numbers<float>(9, 0, 0.5),
                lab = random.numbers<float>(9, -1, 1);
+    const brushgs::OklabTables tables{light.data(), num_steps, roots.data(), num_steps, cones.data(), lab.data()};
     cases.run("OKLab", [&](int num_threads) {
         std::vector<float> planes(3 * num_pixels);
-        brushgs::oklab_planes({light.data(), num_steps, roots.data(), num_steps, cones.data(), lab.data()}, rgb.data(),
-                              num_pixels, num_threads, planes.data());
+        brushgs::oklab_planes(tables, rgb.data(), num_pixels, num_threads, planes.data());
         Hash hash;
         hash.add(planes);
+        return hash.value();
+    });
+    constexpr std::size_t height = 125, width = num_pixels / height - 1;  // one of them odd
+    const auto alpha = random.numbers<float>(num_pixels, 0, 1);
+    cases.run("seen errors", [&](int num_threads) {
+        std::vector<float> planes(6 * num_pixels), plain(6 * num_pixels);
+        std::vector<double> errors(height * width);
+        brushgs::seen_planes(tables, {rgb.data(), alpha.data(), height, width}, num_threads, planes.data());
+        brushgs::seen_errors({plain.data(), planes.data(), height, width, 0.1f, 0.5f, num_threads, errors.data()});
+        Hash hash;
+        hash.add(errors);
         return hash.value();
     });
 }

@@ -6,6 +6,7 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
+#include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
@@ -1258,16 +1259,38 @@ void def_moments(nb::module_& m) {
           "opacities [N] and areas [N], at random places in it.");
 }
 
-void oklab_planes(In<float, 3> rgb, In<float, 1> light, In<float, 1> roots, In<float, 2> cones_from_rgb,
-                  In<float, 2> lab_from_roots, Out<float, 3> planes, int num_threads) {
-    const brushgs::OklabTables tables{.light = light.data(),
-                                      .num_light = light.shape(0),
-                                      .roots = roots.data(),
-                                      .num_roots = roots.shape(0),
-                                      .cones_from_rgb = cones_from_rgb.data(),
-                                      .lab_from_roots = lab_from_roots.data()};
+// Tables as Python holds them: light [n], roots [n], and the matrices [3, 3] before and after the roots.
+using OklabArrays = std::tuple<In<float, 1>, In<float, 1>, In<float, 2>, In<float, 2>>;
+
+brushgs::OklabTables oklab_tables(const OklabArrays& arrays) {
+    const auto& [light, roots, cones, lab] = arrays;
+    return {light.data(), light.shape(0), roots.data(), roots.shape(0), cones.data(), lab.data()};
+}
+
+void oklab_planes(const OklabArrays& tables, In<float, 3> rgb, Out<float, 3> planes, int num_threads) {
+    const auto found = oklab_tables(tables);
     const nb::gil_scoped_release without_gil;
-    brushgs::oklab_planes(tables, rgb.data(), rgb.shape(0) * rgb.shape(1), num_threads, planes.data());
+    brushgs::oklab_planes(found, rgb.data(), rgb.shape(0) * rgb.shape(1), num_threads, planes.data());
+}
+
+void seen_planes(const OklabArrays& tables, In<float, 3> rgb, In<float, 2> alpha, Out<float, 4> planes,
+                 int num_threads) {
+    const auto found = oklab_tables(tables);
+    const nb::gil_scoped_release without_gil;
+    brushgs::seen_planes(found, {rgb.data(), alpha.data(), alpha.shape(0), alpha.shape(1)}, num_threads, planes.data());
+}
+
+void seen_errors(In<float, 4> plain, In<float, 4> painted, float low, float high, Out<double, 2> errors,
+                 int num_threads) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::seen_errors({.plain = plain.data(),
+                          .painted = painted.data(),
+                          .height = errors.shape(0),
+                          .width = errors.shape(1),
+                          .low = low,
+                          .high = high,
+                          .num_threads = num_threads,
+                          .errors = errors.data()});
 }
 
 // Stroke levels
@@ -1417,9 +1440,15 @@ NB_MODULE(_core, m) {
           "num_threads"_a,
           "For these rows [n] of strokes with these neighbors [n, m], the light that passes them, how many of the "
           "first neighbors touch, and the sum of the cosines between normals, [n] each. See coverage.hpp.");
-    m.def("oklab_planes", &oklab_planes, nb::kw_only(), "rgb"_a.noconvert(), "light"_a.noconvert(),
-          "roots"_a.noconvert(), "cones_from_rgb"_a.noconvert(), "lab_from_roots"_a.noconvert(), "planes"_a.noconvert(),
+    m.def("oklab_planes", &oklab_planes, nb::kw_only(), "tables"_a, "rgb"_a.noconvert(), "planes"_a.noconvert(),
           "num_threads"_a, "Write OKLab planes [3, H, W] of a picture [H, W, 3], 0 to 1; see oklab.hpp.");
+    m.def("seen_planes", &seen_planes, nb::kw_only(), "tables"_a, "rgb"_a.noconvert(), "alpha"_a.noconvert(),
+          "planes"_a.noconvert(), "num_threads"_a,
+          "Write OKLab planes [2, 3, h, w] of a premultiplied picture [H, W, 3] of half the size, over black and over "
+          "white; see oklab.hpp.");
+    m.def("seen_errors", &seen_errors, nb::kw_only(), "plain"_a.noconvert(), "painted"_a.noconvert(), "low"_a, "high"_a,
+          "errors"_a.noconvert(), "num_threads"_a,
+          "Write the squared errors [H, W] between two of these planes, mean over black and white; see oklab.hpp.");
     m.def("light_along", &light_along, "places"_a.noconvert(), "depths"_a.noconvert(), "reach"_a,
           "from_above"_a.noconvert(), "from_below"_a.noconvert(),
           "Write for places [N] on a line minus the optical depth [N] of what lies above each and below each, within "

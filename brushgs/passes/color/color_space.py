@@ -64,14 +64,10 @@ def oklab_planes(rgb: F32) -> F32:
 
     Both curves are tables: right to 0.002. What is beyond 0 to 1 is clipped.
     """
-    light, roots = _curves()
     planes = np.empty((3, *rgb.shape[:2]), np.float32)
     _core.oklab_planes(
+        tables=oklab_tables(),
         rgb=np.ascontiguousarray(rgb, np.float32),
-        light=light,
-        roots=roots,
-        cones_from_rgb=CONES_FROM_RGB.astype(np.float32),
-        lab_from_roots=OKLAB_FROM_ROOTS.astype(np.float32),
         planes=planes,
         num_threads=num_threads_or_default(None),
     )
@@ -79,10 +75,16 @@ def oklab_planes(rgb: F32) -> F32:
 
 
 @cache
-def _curves() -> tuple[F32, F32]:
-    """Linear light of encoded values, and the cube root of the squares of values; both of 0 to 1."""
+def oklab_tables() -> tuple[F32, F32, F32, F32]:
+    """What the core makes OKLab with.
+
+    Linear light of encoded values, and the cube root of the squares of values, both of 0 to 1; and the
+    matrices [3, 3] before and after the roots.
+    """
     steps = np.linspace(0, 1, 8192, dtype=np.float32)
-    return linear_from_srgb(steps), np.cbrt(steps**2)
+    tables = linear_from_srgb(steps), np.cbrt(steps**2), CONES_FROM_RGB, OKLAB_FROM_ROOTS
+    light, roots, cones, lab = (np.asarray(table, np.float32) for table in tables)
+    return light, roots, cones, lab
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.passes.color.color_space import oklab_planes
-from brushgs.values.arrays import F32, F64, Array, smoothstep
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
+from brushgs.passes.color.color_space import oklab_tables
+from brushgs.values.arrays import F32, F64
 from brushgs.values.frame import Frame
 
 FEWEST = 0.08  # of the requested strokes, start of an economic painting
@@ -34,10 +36,10 @@ class ViewingError:
     """The colours of a plain picture as seen from afar, the truth for painted ones.
 
     Attributes:
-        planes: two of [3, h, w] OKLab, over black and over white.
+        planes: [2, 3, h, w] OKLab, over black and over white; h and w are half the size, rounded up.
     """
 
-    planes: tuple[F32, F32]
+    planes: F32
 
     @classmethod
     def of(cls, plain: Frame) -> "ViewingError":
@@ -48,28 +50,28 @@ class ViewingError:
         """The squared error [H, W] of a picture of the same view, mean over black and white; 0 if not
         visible.
         """
-        height, width = painted.alpha.shape
-        total = np.zeros(self.planes[0].shape[1:])
-        for plain, other in zip(self.planes, _seen(painted), strict=True):
-            away = other - plain
-            squares = np.einsum("chw,chw->hw", away, away)
-            low, high = SEEN
-            total += 0.5 * squares * smoothstep((np.sqrt(squares) - low) / (high - low))
-        return total.repeat(2, axis=0).repeat(2, axis=1)[:height, :width]
+        low, high = SEEN
+        errors = np.empty(painted.alpha.shape)
+        _core.seen_errors(
+            plain=self.planes,
+            painted=_seen(painted),
+            low=low,
+            high=high,
+            errors=errors,
+            num_threads=num_threads_or_default(None),
+        )
+        return errors
 
 
-def _seen(frame: Frame) -> tuple[F32, F32]:
-    rgb, alpha = _halved(frame.rgb), _halved(frame.alpha[..., None])
-    over_white = rgb + (1 - alpha)
-    return oklab_planes(rgb), oklab_planes(over_white)
-
-
-def _halved(picture: Array) -> F32:
-    """[ceil(H / 2), ceil(W / 2), C] means of squares of 2 x 2 pixels; an odd last row or column is not
-    averaged.
-    """
-    height, width = picture.shape[:2]
-    if height % 2 or width % 2:
-        picture = np.pad(picture, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
-    rows = picture[::2] + picture[1::2]
-    return np.asarray(0.25 * (rows[:, ::2] + rows[:, 1::2]), np.float32)
+def _seen(frame: Frame) -> F32:
+    """The planes of a picture; an odd last row or column is not averaged."""
+    height, width = frame.alpha.shape
+    planes = np.empty((2, 3, -(-height // 2), -(-width // 2)), np.float32)
+    _core.seen_planes(
+        tables=oklab_tables(),
+        rgb=np.ascontiguousarray(frame.rgb, np.float32),
+        alpha=np.ascontiguousarray(frame.alpha, np.float32),
+        planes=planes,
+        num_threads=num_threads_or_default(None),
+    )
+    return planes

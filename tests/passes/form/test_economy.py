@@ -4,11 +4,15 @@ import numpy as np
 
 from brushgs.cameras.around import ring_views
 from brushgs.cameras.framing import plain_first_view
-from brushgs.passes.form.economy import ViewingError
+from brushgs.core.threads import at_most
+from brushgs.passes.form.economy import SEEN, ViewingError
 from brushgs.passes.reduce.cluster import group
 from brushgs.rendering.plain import plain_views
+from brushgs.values.arrays import smoothstep
 from brushgs.values.camera import Camera
+from brushgs.values.colors import oklab_of
 from brushgs.values.frame import Frame
+from tests.kit.for_each import for_each
 from tests.passes.scenes import gaussians_at, grid
 from tests.scenes import still_life_of
 
@@ -26,6 +30,41 @@ def test_what_an_eye_does_not_see_is_no_error_and_what_it_sees_is():
     assert (seen.of_painted(frame(0.7)) > 0.02).all()
     assert (seen.of_painted(frame(0.5, 0.6)) > 0.005).all()
     assert seen.of_painted(plain).shape == (9, 12)
+
+
+def twin(plain, painted):
+    """The same in NumPy, float64: half the size, over black and white, OKLab by its formula."""
+
+    def seen(picture, back):
+        height, width = picture.alpha.shape
+        over = picture.rgb + back * (1 - picture.alpha[..., None])
+        over = np.pad(over, ((0, height % 2), (0, width % 2), (0, 0)), "edge")
+        over = over.reshape(-(-height // 2), 2, -(-width // 2), 2, 3).mean(axis=(1, 3), dtype=np.float64)
+        return oklab_of(np.clip(over, 0, 1).reshape(-1, 3)).reshape(over.shape)
+
+    error = 0
+    for back in (0, 1):
+        squares = ((seen(plain, back) - seen(painted, back)) ** 2).sum(axis=2)
+        error += 0.5 * squares * smoothstep((np.sqrt(squares) - SEEN[0]) / (SEEN[1] - SEEN[0]))
+    return error.repeat(2, axis=0).repeat(2, axis=1)[: plain.alpha.shape[0], : plain.alpha.shape[1]]
+
+
+@for_each("size", [(40, 70), (41, 71), (1, 1), (2, 1)])
+def test_the_error_is_that_of_the_twin_for_any_number_of_threads(size):
+    rng = np.random.default_rng(0)
+
+    def picture(dtype=np.float32):
+        alpha = rng.uniform(size=size).astype(dtype)
+        rgb = alpha[..., None] * rng.uniform(size=(*size, 3)).astype(dtype)
+        return Frame(rgb, alpha, np.ones(size, dtype))
+
+    plain, painted = picture(), picture()
+    found = []
+    for num_threads in (1, 3):
+        with at_most(num_threads):
+            found.append(ViewingError.of(plain).of_painted(painted))
+    np.testing.assert_array_equal(*found)
+    np.testing.assert_allclose(found[0], twin(plain, painted), atol=0.002)  # the tables are right to 0.002
 
 
 def wall(num=50):

@@ -1,4 +1,4 @@
-// Display-encoded colours -> OKLab, by tables of both curves.
+// Display-encoded colours -> OKLab, by tables of both curves; and what an eye at the usual distance sees of a picture.
 #pragma once
 
 #include <cstddef>
@@ -16,5 +16,26 @@ struct OklabTables {
 
 // Writes [3, count] from colours [count, 3], 0 to 1; what is beyond is clipped.
 void oklab_planes(const OklabTables& tables, const float* rgb, std::size_t count, int num_threads, float* planes);
+
+struct PlainPicture {
+    const float* rgb;    // [height, width, 3] premultiplied
+    const float* alpha;  // [height, width]
+    std::size_t height, width;
+};
+
+// Writes the colours of means of squares of 2 x 2 pixels over black and over white, [2, 3, h, w] with h and w the
+// halves, rounded up: an odd last row or column is not averaged.
+void seen_planes(const OklabTables& tables, const PlainPicture& picture, int num_threads, float* planes);
+
+struct SeenErrors {
+    const float* plain;    // as `seen_planes` writes them
+    const float* painted;  // likewise
+    std::size_t height, width;
+    float low, high;  // differences below which none counts, and above which all count
+    int num_threads;
+    double* errors;  // [height, width] squared, the mean over black and white
+};
+
+void seen_errors(const SeenErrors& query);
 
 }  // namespace brushgs
