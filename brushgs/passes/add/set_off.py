@@ -2,10 +2,12 @@
 
 A painting in the dark has dark surroundings, and its darks for the subject: both would be one. So along the
 outline of the subject, on small pictures, its lightness and that of what is behind are compared, and both
-give way until they differ and the subject is not so dark that its form is lost.
+give way until they differ: the subject, whose form the scene tells, most of the way, its surroundings, whose
+values are the painting's, as little as is left. What it stands on keeps its values.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,89 +17,125 @@ from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, shift_base_colors
 
 SIDE, MOST_VIEWS = 160, 3  # pixels of the longer side of the pictures; views
-NEAR = 6  # pixels on both sides of an outline
-GAP = 0.2  # OKLab lightness; 15 of CIE L* are 0.12 to 0.16, and shadow and relief take some
-OF_STAGE = 0.5  # share of what lacks that the surroundings give; the subject gives the rest
+NEAR = 4  # pixels on both sides of an outline
+GAP = 0.17  # OKLab lightness; 15 of CIE L* are 0.12 to 0.16, and shadow and relief take some
+OF_STAGE = 0.2  # share of what lacks that the surroundings give; the subject gives the rest
 DARKEST, LIGHTEST = 0.08, 0.94  # that either becomes for it, in the mean
 LEGIBLE = 0.38  # the least mean lightness of a subject, below which its form is lost in black
-DUSK = 0.5  # mean lightness of both, below which the subject is the lighter one: darker, it would be black
+DEAR = 2.0  # of a step of the surroundings, against one of the subject away from what it is in the scene
 CLOSE = 0.02  # of a lightness: near enough
-ROUNDS = 3  # darks cannot get much darker: what then lacks is asked for again
+ROUNDS = 4  # ends of the range give less than they are asked for: what then lacks is asked for again
+
+
+class Lightness(NamedTuple):
+    """Means along the outline of a subject, OKLab: behind it, within, and within the scene's own picture."""
+
+    stage: float
+    subject: float
+    scene: float
 
 
 def set_off(
-    stage: Gaussians, subject: Gaussians, cameras: Sequence[Camera], ground: Ground | None = None
+    stage: Gaussians,
+    subject: Gaussians,
+    scene: Gaussians,
+    cameras: Sequence[Camera],
+    ground: Ground | None = None,
 ) -> tuple[Gaussians, Gaussians]:
     """Part what stands around a subject and its strokes by lightness; hues stay.
 
     Args:
         stage: the strokes around it.
         subject: its strokes, and those of its ground.
+        scene: the Gaussians of the subject and its ground, whose colors are those of the scene.
         cameras: of the job, at least one.
         ground: that the scene brings, which need not stand out; None for none.
     """
-    is_own = np.ones(len(subject), bool)
+    is_own, own = np.ones(len(subject), bool), scene
     if ground is not None:
         is_own = ~ground.is_on(ground.place.local(subject.means))
+        own = scene.take(~ground.is_on(ground.place.local(scene.means)))
     step = max(len(cameras) // MOST_VIEWS, 1)
     views = [camera.in_side(SIDE) for camera in list(cameras)[::step][:MOST_VIEWS]]
+    plain = [(_drawn(scene, view), _drawn(own, view)) for view in views]
     for _ in range(ROUNDS):
-        found = _lightness(stage, subject, is_own, views)
-        if found is None or (abs(found[0] - found[1]) >= GAP and found[1] >= LEGIBLE - CLOSE):
+        found = _lightness(stage, subject, views, plain)
+        if found is None:
             break
-        signs = (1.0,) if sum(found) < 2 * DUSK else (1.0, -1.0)
-        ways = [parted(*found, sign) for sign in signs]
-        of_stage, of_subject = min(ways, key=lambda way: abs(way[0]) + abs(way[1]))
-        stage, subject = lightened(stage, of_stage), lightened(subject, of_subject)
+        of_stage, of_subject = parted(found)
+        if max(abs(of_stage), abs(of_subject)) < CLOSE:
+            break
+        stage, subject = lightened(stage, of_stage), lightened(subject, of_subject, is_own)
     return stage, subject
 
 
-def parted(stage: float, subject: float, sign: float) -> tuple[float, float]:
-    """What is added to both so that the subject is lighter, with a sign of 1, or darker, with -1."""
-    wanted = GAP + 0.01
-    need = max(wanted - sign * (subject - stage), 0.0)
+def parted(found: Lightness) -> tuple[float, float]:
+    """What is added to stage and subject: the way that is less far from painting and scene."""
+    ways = [_way(found, sign) for sign in (1.0, -1.0)]
+    before = abs(found.subject - found.scene)
+    costs = [
+        DEAR * abs(of_stage) + abs(found.subject + of_subject - found.scene) - before
+        for of_stage, of_subject in ways
+    ]
+    return ways[int(costs[1] < costs[0])]
+
+
+def _way(found: Lightness, sign: float) -> tuple[float, float]:
+    """The same so that the subject is lighter, with a sign of 1, or darker, with -1."""
+    stage, subject, _ = found
+    need = max(GAP - sign * (subject - stage), 0.0)
     inside = float(np.clip(subject + sign * (1 - OF_STAGE) * need, LEGIBLE, LIGHTEST))
-    outside = min(stage, inside - wanted) if sign > 0 else max(stage, inside + wanted)
+    outside = min(stage, inside - GAP) if sign > 0 else max(stage, inside + GAP)
     outside = float(np.clip(outside, DARKEST, LIGHTEST))
-    inside = max(inside, outside + wanted) if sign > 0 else min(inside, outside - wanted)
+    inside = max(inside, outside + GAP) if sign > 0 else min(inside, outside - GAP)
     return outside - stage, inside - subject
 
 
-def lightened(strokes: Gaussians, step: float) -> Gaussians:
-    """Strokes with a step of OKLab lightness, in their hue and about their purity."""
+def lightened(strokes: Gaussians, step: float, rows: Mask | None = None) -> Gaussians:
+    """Strokes, or some rows of them, with a step of OKLab lightness, in their hue and about their purity.
+
+    What is lighter than their mean is lightened by less, and what is darker darkened by less, so that the
+    ends of the range stay.
+    """
     rgb = base_colors(strokes.sh).astype(np.float64)
     lab = oklab_of(np.clip(rgb, 0, 1))
-    after = np.clip(lab[:, :1] + step, 0, 1)
-    lab[:, 1:] *= np.clip(after / np.maximum(lab[:, :1], 1e-3), 0.5, 1.5)
+    before = lab[:, :1].copy()
+    mean = float(np.clip(before.mean() if rows is None else before[rows].mean(), 0.05, 0.95))
+    room = (1 - before) / (1 - mean) if step > 0 else before / mean
+    after = np.clip(before + step * np.minimum(room, 1), 0, 1)
+    lab[:, 1:] *= np.clip(after / np.maximum(before, 1e-3), 0.5, 1.5)
     lab[:, :1] = after
-    return shift_base_colors(strokes, np.clip(rgb_of_oklab(lab), 0, 1) - rgb)
+    shifts = np.clip(rgb_of_oklab(lab), 0, 1) - rgb
+    return shift_base_colors(strokes, shifts if rows is None else shifts * rows[:, None])
+
+
+def _drawn(strokes: Gaussians, view: Camera) -> Frame:
+    kernel = StrokeTexture.open("gaussian")
+    return render_with(strokes, view, kernel, RenderOptions.of(kernel))
 
 
 def _lightness(
-    stage: Gaussians, subject: Gaussians, is_own: Mask, views: Sequence[Camera]
-) -> tuple[float, float] | None:
-    """The mean lightness behind the outline of a subject, and within; None where none is seen."""
+    stage: Gaussians, subject: Gaussians, views: Sequence[Camera], plain: Sequence[tuple[Frame, Frame]]
+) -> Lightness | None:
+    """What is seen at the outlines of the subject, the pictures of the scene and of it alone; or None."""
     from scipy.ndimage import binary_dilation
 
-    kernel = StrokeTexture.open("gaussian")
-    options = RenderOptions.of(kernel)
-    behind: list[F64] = []
-    within: list[F64] = []
-    for camera in views:
-        around, whole, own = (
-            render_with(strokes, camera, kernel, options)
-            for strokes in (stage, subject, subject.take(is_own))
-        )
-        mask = own.alpha > 0.5
-        near = np.ones((2 * NEAR + 1, 2 * NEAR + 1), bool)
-        ring = binary_dilation(mask, near) & (whole.alpha < 0.3) & (around.alpha > 0.5)
-        edge = mask & binary_dilation(ring, near)
-        for frame, rows, found in ((around, ring, behind), (own, edge, within)):
+    near = np.ones((2 * NEAR + 1, 2 * NEAR + 1), bool)
+    found: tuple[list[F64], ...] = ([], [], [])
+    for camera, (scene, own) in zip(views, plain, strict=True):
+        around, within = _drawn(stage, camera), _drawn(subject, camera)
+        is_own = own.alpha > 0.5
+        ring = binary_dilation(is_own, near) & (scene.alpha < 0.3) & (around.alpha > 0.5)
+        edge = is_own & binary_dilation(ring, near) & (within.alpha > 0.5)
+        for frame, rows, values in zip((around, within, scene), (ring, edge, edge), found, strict=True):
             rgb = frame.rgb[rows] / frame.alpha[rows][:, None]
-            found.append(oklab_of(np.clip(rgb.astype(np.float64), 0, 1))[:, 0])
-    one, other = np.concatenate(behind), np.concatenate(within)
-    return (float(one.mean()), float(other.mean())) if len(one) and len(other) else None
+            values.append(oklab_of(np.clip(rgb.astype(np.float64), 0, 1))[:, 0])
+    behind, within_it, in_scene = (np.concatenate(values) for values in found)
+    if not len(behind) or not len(within_it):
+        return None
+    return Lightness(float(behind.mean()), float(within_it.mean()), float(in_scene.mean()))

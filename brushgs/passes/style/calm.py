@@ -3,11 +3,12 @@
 A color is calm where more than half of the painting's width and a side of it have it at about the same
 height, and where it is connected to the border. A tree, a moon, a figure or a face has colors that few places
 of the width have, or none of the sides, or is cut off from the border. Its place is filled from what is
-around it, so no color of it is left.
+around it, so no color of it is left. Nor is calm what changes fast from place to place at one height, as
+foam, leaves and crowds do.
 """
 
 import numpy as np
-from scipy.ndimage import binary_dilation, binary_opening, gaussian_filter, label
+from scipy.ndimage import binary_dilation, binary_opening, gaussian_filter, gaussian_filter1d, label
 from scipy.spatial import cKDTree
 
 from brushgs.values.arrays import F64, Mask
@@ -21,6 +22,12 @@ EDGE = 0.04  # of the width and the height: what counts as border
 TOLERANCES = (0.04, 0.05, 0.065, 0.085, 0.11)
 ENOUGH = 0.3
 SMOOTH = 1.0  # cells
+# Deviation of colors along a row, OKLab, up to which it is calm: the first by which enough of the painting
+# is. Swirls and waves of paint have 0.03 to 0.04, foam, a crowd and outlines of figures 0.06 and more.
+QUIET = (0.045, 0.06, 0.08)
+ENOUGH_QUIET = 0.2
+ALONG, ROWS_NEAR = 3.0, 2.0  # cells: standard deviations of the place whose deviation it is
+LEAST_QUIET = 2  # cells: half of the least side of a quiet place
 OUTLINE = 2  # cells beside a figure that have something of it
 FILLS = (1.5, 3.0, 6.0, 12.0, 24.0, 48.0)  # cells: blurs by which gaps are filled, the narrowest that reaches
 REACHES = 0.02  # weight from which a blur reaches a place
@@ -52,7 +59,20 @@ def calm_cells(lab: F64) -> Mask:
             break
     figure = binary_opening(~found, iterations=1)  # single cells are marks, not figures
     calm = ~binary_dilation(figure, iterations=OUTLINE) & found
-    return np.asarray(calm if calm.any() else found if found.any() else border)
+    calm = calm if calm.any() else found if found.any() else border
+    deviation = _deviation(lab)
+    for most in QUIET:
+        quiet = binary_opening(calm & (deviation < most), iterations=LEAST_QUIET)
+        if quiet.mean() >= ENOUGH_QUIET:
+            return np.asarray(quiet)
+    return np.asarray(calm)
+
+
+def _deviation(lab: F64) -> F64:
+    """[h, w] how far colors [h, w, 3] differ from those beside them at the same height, OKLab."""
+    means = gaussian_filter1d(lab, ALONG, axis=1)
+    squares = gaussian_filter1d(((lab - means) ** 2).sum(axis=2), ALONG, axis=1)
+    return np.asarray(np.sqrt(gaussian_filter1d(squares, ROWS_NEAR, axis=0)))
 
 
 def filled(values: F64, known: Mask) -> F64:
