@@ -21,6 +21,7 @@ from brushgs.values.style import Style, StyleMarks
 # to 3.9 on truck, which has a street around it; the same for 2000 to 14,000 strokes. With 2.0 the truck falls
 # apart: there its strokes are twice as wide as the marks.
 LAYERS = 3.5
+LONGEST = 4.5  # of strokes of a scene, lengths over widths, hardly any of which are longer
 CANVAS = 1000, 750  # pixels of the picture that stroke counts refer to
 # Range of strokes of a style. Large washes would be 100 strokes; with 800 the truck is unrecognisable.
 FEWEST, MOST = 2400, 20_000
@@ -76,9 +77,12 @@ def _broken_color(style: Style, marks: StyleMarks) -> float:
 
 
 def count_of(marks: StyleMarks) -> int:
-    """The number of strokes for the mark size of a style in a picture of 1000 x 750."""
-    short = min(CANVAS)
-    area = (marks.length * short) ** 2 / marks.aspect
+    """The number of strokes for the mark size of a style in a picture of 1000 x 750.
+
+    Strokes have the width of long marks; they are as long as the form they lie on lets them be.
+    """
+    width = marks.length / marks.aspect * min(CANVAS)
+    area = width**2 * min(marks.aspect, LONGEST)
     return round(min(max(LAYERS * CANVAS[0] * CANVAS[1] / area, FEWEST), MOST))
 
 

@@ -13,7 +13,7 @@ Sources: Matheron 1968, dead leaves; Lee, Mumford and Huang 2001, Occlusion mode
 and Granlund 1987, structure tensor.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +27,11 @@ from brushgs.values.style import MarkSpectrum
 # are found at most 25 % too narrow; the next blur would take what they depict for marks.
 HIGH_PASSES = 0.03, 0.06, 0.12
 LONG, WIDEST_LONG = 4.0, 1.4
-# Long marks wider than this share of the first blur may be bands of narrower ones: half the blur is tried.
-# Of marks of one size it finds the same width, too wide for it, and the first measure stays.
+# Long marks wider than this share of the first blur may be bands of narrower ones: half the blur is tried,
+# down to so many pixels. Of marks of one size it finds at least this share of their width.
 WIDE_FOR_FIRST = 0.8
+LEAST_BLUR = 3.0
+ONE_SIZE = 0.85
 FINE = 1.2  # pixels: standard deviation of the smoothing before slopes are taken
 AREA = 0.025  # of the shorter side: that of the area over which slopes are compared
 FAINT = 0.2  # of the mean energy of a high-passed picture: that of places without marks
@@ -106,11 +108,24 @@ def mark_sizes(lab: Array) -> Sizes:
         found = _sizes_below(lab, share)
         if found.width < share * (WIDEST_LONG if found.aspect > LONG else 1):
             break
-    if share == HIGH_PASSES[0] and found.aspect > LONG and found.width > WIDE_FOR_FIRST * share:
-        narrower = _sizes_below(lab, 0.5 * share)
-        if narrower.width < WIDEST_LONG * 0.5 * share:
-            return narrower
-    return found
+    return found if share > HIGH_PASSES[0] else _of_streaks(lab, found, share)
+
+
+def _of_streaks(lab: Array, found: Sizes, share: float) -> Sizes:
+    """The sizes of the streaks that bands consist of; as found where long marks are of one size.
+
+    A narrower blur finds narrower marks in bands, and about the same width for marks of one size, for which
+    it is too narrow. Streaks are as long as their bands, since a narrow blur also takes away what differs
+    along them.
+    """
+    wide, short = found, shorter_side(lab.shape[1:])
+    while found.aspect > LONG and found.width > WIDE_FOR_FIRST * share and 0.5 * share * short >= LEAST_BLUR:
+        share *= 0.5
+        narrower = _sizes_below(lab, share)
+        if narrower.width > ONE_SIZE * found.width:
+            break
+        found = narrower
+    return replace(found, length=max(wide.length, found.length))
 
 
 def _sizes_below(lab: Array, share: float) -> Sizes:
