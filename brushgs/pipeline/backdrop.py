@@ -161,7 +161,14 @@ def _stage(
     if manner is not None:
         from brushgs.passes.add.set_off import set_off
 
-        behind, strokes = set_off(coat.strokes, strokes, setting.gaussians, setting.cameras, stage.ground)
+        behind, strokes = set_off(
+            coat.strokes,
+            strokes,
+            setting.gaussians,
+            setting.cameras,
+            stage.ground,
+            (materials.texture, replace(materials.options, relief=None)),
+        )
         coat, materials = replace(coat, strokes=behind), replace(materials, strokes=strokes)
     coat = replace(coat, normals=stage.normals_of(coat.strokes), is_one_sided=True)
     _describe(report, stage, len(coat.strokes))

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.add.stage_ground import Ground
 from brushgs.rendering.options import RenderOptions, render_with
@@ -23,8 +24,8 @@ from brushgs.values.sh import base_colors, shift_base_colors
 
 SIDE, MOST_VIEWS = 160, 3  # pixels of the longer side of the pictures; views
 NEAR = 4  # pixels on both sides of an outline
-GAP = 0.17  # OKLab lightness; 15 of CIE L* are 0.12 to 0.16, and shadow and relief take some
-OF_STAGE = 0.2  # share of what lacks that the surroundings give; the subject gives the rest
+GAP = 0.22  # OKLab lightness; 15 of CIE L* are 0.12 to 0.16, and contours, cut edges and shade take the rest
+OF_STAGE = 0.12  # share of what lacks that the surroundings give; the subject gives the rest
 DARKEST, LIGHTEST = 0.08, 0.94  # that either becomes for it, in the mean
 LEGIBLE = 0.38  # the least mean lightness of a subject, below which its form is lost in black
 DEAR = 2.0  # of a step of the surroundings, against one of the subject away from what it is in the scene
@@ -46,6 +47,7 @@ def set_off(
     scene: Gaussians,
     cameras: Sequence[Camera],
     ground: Ground | None = None,
+    brushes: tuple[StrokeTexture | BrushSet, RenderOptions] | None = None,
 ) -> tuple[Gaussians, Gaussians]:
     """Part what stands around a subject and its strokes by lightness; hues stay.
 
@@ -55,6 +57,7 @@ def set_off(
         scene: the Gaussians of the subject and its ground, whose colors are those of the scene.
         cameras: of the job, at least one.
         ground: that the scene brings, which need not stand out; None for none.
+        brushes: of the subject, through which some of the surroundings shows; None for a kernel.
     """
     is_own, own = np.ones(len(subject), bool), scene
     if ground is not None:
@@ -64,7 +67,7 @@ def set_off(
     views = [camera.in_side(SIDE) for camera in list(cameras)[::step][:MOST_VIEWS]]
     plain = [(_drawn(scene, view), _drawn(own, view)) for view in views]
     for _ in range(ROUNDS):
-        found = _lightness(stage, subject, views, plain)
+        found = _lightness(stage, subject, views, plain, brushes)
         if found is None:
             break
         of_stage, of_subject = parted(found)
@@ -114,13 +117,21 @@ def lightened(strokes: Gaussians, step: float, rows: Mask | None = None) -> Gaus
     return shift_base_colors(strokes, shifts if rows is None else shifts * rows[:, None])
 
 
-def _drawn(strokes: Gaussians, view: Camera) -> Frame:
+def _drawn(
+    strokes: Gaussians, view: Camera, brushes: tuple[StrokeTexture | BrushSet, RenderOptions] | None = None
+) -> Frame:
+    if brushes is not None:
+        return render_with(strokes, view, *brushes)
     kernel = StrokeTexture.open("gaussian")
     return render_with(strokes, view, kernel, RenderOptions.of(kernel))
 
 
 def _lightness(
-    stage: Gaussians, subject: Gaussians, views: Sequence[Camera], plain: Sequence[tuple[Frame, Frame]]
+    stage: Gaussians,
+    subject: Gaussians,
+    views: Sequence[Camera],
+    plain: Sequence[tuple[Frame, Frame]],
+    brushes: tuple[StrokeTexture | BrushSet, RenderOptions] | None,
 ) -> Lightness | None:
     """What is seen at the outlines of the subject, the pictures of the scene and of it alone; or None."""
     from scipy.ndimage import binary_dilation
@@ -128,14 +139,16 @@ def _lightness(
     near = np.ones((2 * NEAR + 1, 2 * NEAR + 1), bool)
     found: tuple[list[F64], ...] = ([], [], [])
     for camera, (scene, own) in zip(views, plain, strict=True):
-        around, within = _drawn(stage, camera), _drawn(subject, camera)
+        around, within = _drawn(stage, camera), _drawn(subject, camera, brushes)
         is_own = own.alpha > 0.5
         ring = binary_dilation(is_own, near) & (scene.alpha < 0.3) & (around.alpha > 0.5)
-        edge = is_own & binary_dilation(ring, near) & (within.alpha > 0.5)
-        for frame, rows, values in zip((around, within, scene), (ring, edge, edge), found, strict=True):
-            rgb = frame.rgb[rows] / frame.alpha[rows][:, None]
+        edge = is_own & binary_dilation(ring, near) & (around.alpha > 0.5)
+        behind = around.rgb / np.maximum(around.alpha, 0.5)[..., None]
+        subject_on_it = within.rgb + (1 - within.alpha[..., None]) * behind
+        in_scene = scene.rgb / np.maximum(scene.alpha, 0.5)[..., None]
+        pictures = (behind, ring), (subject_on_it, edge), (in_scene, edge)
+        for (picture, rows), values in zip(pictures, found, strict=True):
+            rgb = picture[rows]
             values.append(oklab_of(np.clip(rgb.astype(np.float64), 0, 1))[:, 0])
-    behind, within_it, in_scene = (np.concatenate(values) for values in found)
-    if not len(behind) or not len(within_it):
-        return None
-    return Lightness(float(behind.mean()), float(within_it.mean()), float(in_scene.mean()))
+    means = [float(np.concatenate(values).mean()) if any(map(len, values)) else None for values in found]
+    return None if None in means else Lightness(*means)
