@@ -71,7 +71,9 @@ def learn_painting(painting: Path, name: str | None, report: Report, *, small: b
         from brushgs.passes.style.contours import learn_lines
         from brushgs.passes.style.quilt import learn_stage
 
-        around, lines = learn_stage(image), learn_lines(image, marks)
+        lines = learn_lines(image, marks)
+        flatness = Style(painting.stem, palette, marks, lines=lines).flatness
+        around = learn_stage(image, flatness)
         height, width = around.colors.shape[:2]
         stage.did = f"a map of {width}x{height}"
         stage.did += "" if lines is None else f", and contours of {lines.width:.1%} of the shorter side"

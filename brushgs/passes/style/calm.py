@@ -22,9 +22,9 @@ EDGE = 0.04  # of the width and the height: what counts as border
 TOLERANCES = (0.04, 0.05, 0.065, 0.085, 0.11)
 ENOUGH = 0.3
 SMOOTH = 1.0  # cells
-# Deviation of colors along a row, OKLab, up to which it is calm: the first by which enough of the painting
-# is. Swirls and waves of paint have 0.03 to 0.04, foam, a crowd and outlines of figures 0.06 and more.
-QUIET = (0.045, 0.06, 0.08)
+# Deviation of colors along a row, OKLab, up to which it is calm: of paint, of a print, whose areas are flat,
+# and where too little is calm so. Swirls of paint have 0.03 to 0.05, foam and crowds 0.06 and more.
+QUIET, QUIET_PRINT, LESS_QUIET = 0.06, 0.045, 0.08
 ENOUGH_QUIET = 0.2
 ALONG, ROWS_NEAR = 3.0, 2.0  # cells: standard deviations of the place whose deviation it is
 LEAST_QUIET = 2  # cells: half of the least side of a quiet place
@@ -33,8 +33,13 @@ FILLS = (1.5, 3.0, 6.0, 12.0, 24.0, 48.0)  # cells: blurs by which gaps are fill
 REACHES = 0.02  # weight from which a blur reaches a place
 
 
-def calm_cells(lab: F64) -> Mask:
-    """[h, w] the cells of a painting [h, w, 3], OKLab, that belong to its surroundings."""
+def calm_cells(lab: F64, flatness: float = 0.0) -> Mask:
+    """[h, w] the cells of a painting that belong to its surroundings.
+
+    Args:
+        lab: [h, w, 3] OKLab.
+        flatness: how far it is a print, 0 to 1.
+    """
     height, width = lab.shape[:2]
     smooth = np.stack([gaussian_filter(lab[..., k], SMOOTH) for k in range(3)], axis=-1)
     rows = np.broadcast_to(HEIGHT * np.arange(height)[:, None] / height, (height, width))
@@ -61,7 +66,7 @@ def calm_cells(lab: F64) -> Mask:
     calm = ~binary_dilation(figure, iterations=OUTLINE) & found
     calm = calm if calm.any() else found if found.any() else border
     deviation = _deviation(lab)
-    for most in QUIET:
+    for most in (QUIET + flatness * (QUIET_PRINT - QUIET), LESS_QUIET):
         quiet = binary_opening(calm & (deviation < most), iterations=LEAST_QUIET)
         if quiet.mean() >= ENOUGH_QUIET:
             return np.asarray(quiet)

@@ -28,14 +28,15 @@ AGAIN = 0.004  # cost of a block of the same place, likewise
 _SEED = 20260
 
 
-def learn_stage(image: Array) -> StyleStage:
+def learn_stage(image: Array, flatness: float = 0.0) -> StyleStage:
     """What surrounds the subject of a painting, as a map for the surroundings of any other.
 
     Args:
         image: [H, W, C] as `read_image` returns it, 32 x 32 pixels or more.
+        flatness: how far it is a print, 0 to 1.
     """
     colors, flow = _cells(image)
-    calm = calm_cells(colors)
+    calm = calm_cells(colors, flatness)
     field = filled(np.concatenate([colors, flow], axis=-1), calm)
     found = quilted(field, calm.astype(np.float64))
     rgb = np.clip(rgb_of_oklab(found[..., :3].reshape(-1, 3)), 0, 1).reshape(*found.shape[:2], 3)

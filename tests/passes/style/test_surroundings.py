@@ -14,6 +14,7 @@ from brushgs.passes.style.transport import flat_colors
 from brushgs.pipeline.style_values import style_values
 from brushgs.values.colors import oklab_of
 from brushgs.values.style import Style, StyleMarks
+from tests.kit.for_each import for_each
 
 SKY, GROUND, TREE = (0.35, 0.5, 0.8), (0.5, 0.45, 0.2), (0.05, 0.15, 0.08)
 SKIN, EYE = (0.9, 0.65, 0.5), (0.9, 0.1, 0.6)
@@ -45,16 +46,17 @@ def nearest(colors, color):
     return np.linalg.norm(away, axis=1).min()
 
 
-def test_foam_is_not_calm_and_leaves_its_place_to_what_is():
+@for_each("flatness", [0.0, 1.0])
+def test_foam_is_not_calm_and_leaves_its_place_to_what_is(flatness):
     g = np.random.default_rng(1)
     picture = np.ones((240, 320, 3)) * SKY
     spots = np.repeat(np.repeat(g.uniform(size=(14, 40)) < 0.5, 8, axis=0), 8, axis=1)
     picture[112:224][spots] = (0.95, 0.95, 0.9)  # as frequent as calm colors, and at the border
     picture[224:] = GROUND
-    calm = calm_cells(oklab_of(picture[::2, ::2].reshape(-1, 3)).reshape(120, 160, 3))
+    calm = calm_cells(oklab_of(picture[::2, ::2].reshape(-1, 3)).reshape(120, 160, 3), flatness)
     assert calm[:50].mean() > 0.9
     assert calm[60:108].mean() < 0.1
-    around = learn_stage(picture).colors.astype(float)
+    around = learn_stage(picture, flatness).colors.astype(float)
     assert np.abs(around[:40] - SKY).max() < 0.03  # flat, in the color of the painting
 
 
