@@ -72,7 +72,7 @@ class Coverage:
             touch=0.0,
             num_threads=num_threads_or_default(None),
         )
-        return passed
+        return np.asarray(passed)
 
     def _neighbors_of(self, rows: Rows, count: int) -> NDArray[np.int32]:
         if count <= NUM_NEIGHBORS:

@@ -38,7 +38,7 @@ def projected_areas(scales: Array) -> NDArray[np.float64]:
     Args:
         scales: [N, 3] half axes (standard deviations), any unit.
     """
-    return _core.projected_areas(np.ascontiguousarray(scales), num_threads_or_default(None))
+    return np.asarray(_core.projected_areas(np.ascontiguousarray(scales), num_threads_or_default(None)))
 
 
 def paint_of(gaussians: Gaussians) -> NDArray[np.float64]:

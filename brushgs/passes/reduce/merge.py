@@ -164,11 +164,17 @@ def covariances(gaussians: Gaussians, means: F64, shares: F64, groups: Groups) -
         shares: [N] weights whose sum is 1 in every group.
         groups: of the rows.
     """
-    columns = (gaussians.means, gaussians.quats, gaussians.scales)
-    threads = num_threads_or_default(None)
-    return _core.sum_covariances(
-        *map(np.ascontiguousarray, columns), shares, groups.rows, groups.begins, means, threads
+    within, between = _core.sum_covariances(
+        np.ascontiguousarray(gaussians.means),
+        np.ascontiguousarray(gaussians.quats),
+        np.ascontiguousarray(gaussians.scales),
+        shares,
+        groups.rows,
+        groups.begins,
+        means,
+        num_threads_or_default(None),
     )
+    return within, between
 
 
 def principal_axes(covars: F64) -> tuple[F64, F64]:
@@ -191,4 +197,4 @@ def stopped(opacities: Array, areas: F64, footprints: F64, groups: Groups) -> F6
     """
     opacities = np.ascontiguousarray(opacities)
     threads = num_threads_or_default(None)
-    return _core.stop_groups(opacities, areas, footprints, groups.rows, groups.begins, threads)
+    return np.asarray(_core.stop_groups(opacities, areas, footprints, groups.rows, groups.begins, threads))
