@@ -14,8 +14,8 @@ namespace {
 constexpr std::size_t kGroupsPerItem = 8;
 constexpr double kLeastWeight = 1e-300;
 
-// The members of one group; kSize features each, or any number where it is 0: a number that the compiler knows halves
-// the time.
+// The members of one group; kSize features each, or any number where it is 0. Known to the compiler, it saves up to 15
+// %.
 template <class T, std::size_t kSize>
 struct Members {
     Members(const Halving<T>& halving, std::size_t group, std::vector<double>& offsets)
