@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from brushgs.brushes.brush_set import BrushSet, Sigmas
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.outlets.page.effects import effect_facts, in_page, omitted_of
 from brushgs.outlets.page.fields import field_codes
 from brushgs.outlets.page.images import reduced
 from brushgs.outlets.page.motion import PageMotion
@@ -20,7 +21,6 @@ from brushgs.outlets.page.view import PageView
 from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.rendering.border import uniform_of
 from brushgs.rendering.constants import MIN_ALPHA
-from brushgs.rendering.effect import without_effect
 from brushgs.rendering.light import BLUR, LEAST_RISE
 from brushgs.rendering.relief import paint_height
 from brushgs.rendering.streaks import starts_of
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from brushgs.rendering.canvas import Painting
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.light import Lamp
-    from brushgs.rendering.tonal import Blacks
 
 VERSION = 1  # of the header; grows when a key changes its name or meaning
 MOST_GROUND = 640  # px, longer side of a picture used as ground
@@ -167,13 +166,14 @@ def page_contents(
         paints, are left out.
     """
     collected = _Collected()
-    # The outlines of blacks follow tones to 1 in 100,000: half floats would move them.
-    papers = [_paper(coat, collected) for coat in painting.coats]
-    painting = in_page(painting)
+    whole, painting = painting, in_page(painting)
     coats = [
-        _coat(number, coat, view.center, collected, np.float32 if paper["blacks"] else np.float16) | paper
-        for number, (coat, paper) in enumerate(zip(painting.coats, papers, strict=True))
+        _coat(number, coat, own, view.center, collected)
+        for number, (coat, own) in enumerate(zip(painting.coats, whole.coats, strict=True))
     ]
+    for coat in whole.coats:
+        for sentence in omitted_of(coat, moves=motion is not None):
+            collected.omit(sentence)
     surface = None if painting.surface is None else _surface(painting.surface, collected)
     behind = None if background is None else np.asarray(background, np.float64)
     if surface is None and behind is not None and behind.ndim == 3:
@@ -230,41 +230,6 @@ def _add_motion(
             header["coats"][number]["motion"] = {**numbers, "arrays": arrays}
 
 
-def in_page(painting: "Painting") -> "Painting":
-    """The painting with the strokes that a page draws: in tones where the page makes blacks of them."""
-
-    def shown(coat: "Coat") -> "Coat":
-        return replace(coat, effect=None) if _blacks(coat) else without_effect(coat)
-
-    return replace(painting, coats=tuple(map(shown, painting.coats)))
-
-
-def _blacks(coat: "Coat") -> "Blacks | None":
-    from brushgs.rendering.tonal import Blacks
-
-    return coat.effect if isinstance(coat.effect, Blacks) and coat.effect.threshold > 0 else None
-
-
-def _paper(coat: "Coat", collected: _Collected) -> dict[str, Any]:
-    """What the page does for the effect of a coat. Notes effects that it has in part, or not at all."""
-    from brushgs.rendering.tonal import Blacks
-
-    effect, blacks = coat.effect, _blacks(coat)
-    if effect is not None and blacks is not None:
-        collected.omit(f"{effect.traits} have rougher outlines while the page moves, and small ones stay")
-    elif effect is not None and not isinstance(effect, Blacks):
-        collected.omit(f"{effect.traits} are not in the page: strokes lie one by one")
-    colors = None
-    if blacks is not None:
-        colors = {
-            "threshold": blacks.threshold,
-            "leastArea": blacks.least_area,
-            "ink": list(blacks.ink),
-            "paper": list(blacks.paper),
-        }
-    return {"isHiding": isinstance(effect, Blacks), "blacks": colors}
-
-
 def shown_by(coat: "Coat") -> Gaussians:
     """The strokes of a coat for the page, unsorted: its own, whole or left out, and its plain Gaussians.
 
@@ -302,9 +267,8 @@ def coarse_to_fine(strokes: Gaussians) -> Rows:
     return np.argsort(-larger.prod(axis=1) * strokes.opacities, kind="stable")
 
 
-def _coat(
-    number: int, coat: "Coat", origin: F64, collected: _Collected, usual: type[np.generic]
-) -> dict[str, Any]:
+def _coat(number: int, coat: "Coat", own: "Coat", origin: F64, collected: _Collected) -> dict[str, Any]:
+    """The header of a coat as a page draws it; `own` is the same with its effect."""
     options = coat.options
     brush_set, strokes = BrushSet.of(coat.texture), shown_by(coat)
     is_image = brush_set.kind == "image"
@@ -318,6 +282,12 @@ def _coat(
         used = np.unique(brushes[rows].astype(np.intp))
         brush = np.searchsorted(used, brushes) if len(used) > 1 else None
     columns = _columns(coat, strokes, origin, brush)
+    effect = effect_facts(own, origin)
+    if effect["washes"]:  # their colours are mapped when they were blended
+        effect["washes"]["shDegree"] = used_sh_degree(own.strokes)
+        columns["washSh"] = own.strokes.sh[:, : (used_sh_degree(own.strokes) + 1) ** 2]
+    # The outlines of blacks follow tones to 1 in 100,000: half floats would move them.
+    usual = np.float32 if effect["blacks"] else np.float16
     arrays = {name: collected.column(number, name, values[rows], usual) for name, values in columns.items()}
     underpaint, relief = options.underpaint, options.relief
     plain = {}
@@ -348,6 +318,7 @@ def _coat(
         "relief": None if relief is None else {"thickness": relief.thickness, "gain": relief.gain},
         "shDegree": used_sh_degree(strokes),
         **plain,
+        **effect,
         "arrays": arrays,
     }
 

@@ -34,6 +34,8 @@ SCRIPTS = (
     "soft_strokes.js",
     "planes.js",
     "blacks.js",
+    "space_noise.js",
+    "washes.js",
     "canvas.js",
     "highlight.js",
     "painter.js",

@@ -23,15 +23,19 @@ from brushgs.rendering import (
     nested,
     reference,
     relief,
+    space_noise,
     streaks,
     surface,
     tonal,
     tooth,
+    wet_layer,
+    wet_reference,
 )
+from brushgs.values.colors import LUMINANCE
 from brushgs.values.hashing import GOLDEN_32
 
 INTEGERS = frozenset({"GOLDEN_32"})  # of 32 bits, which a float cannot hold
-Shared = float | tuple[float, float] | list[list[int]]
+Shared = float | tuple[float, float] | list[list[int]] | list[list[float]]
 
 # Names are those in Python if they are clear alone.
 SHARED: Mapping[str, Shared] = MappingProxyType(
@@ -73,6 +77,20 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "INK_LAID": tonal.LAID,
         "INK_SKIRT": tonal.SKIRT,
         "INK_FADED": tonal.FADED,
+        "WET_ROUNDS": wet_layer.ROUNDS,
+        "WET_SPILL": wet_layer.SPILL,
+        "WET_RIM": wet_layer.RIM,
+        "WET_LOSS": wet_layer.LOSS,
+        "SHADOW_RANGE": (wet_layer.SHADOW_EDGE, wet_layer.SHADOW_WANDER),
+        "SHADOW_FADE": (wet_layer.SHADOW_SOFTNESS, wet_layer.SHADOW_LEAST),
+        "LEAST_COLOR": wet_reference.LEAST_COLOR,
+        "GRAIN_DEVIATION": wet_reference.GRAIN_DEVIATION,
+        "LUMINANCE": [list(LUMINANCE)],
+        "NOISE_FINEST": space_noise.FINEST,
+        "NOISE_OCTAVES": space_noise.OCTAVES,
+        "NOISE_DEVIATION": wet_reference.DEVIATION,
+        "NOISE_PERSISTENCE": wet_reference.PERSISTENCE,
+        "NOISE_PRIMES": [list(wet_reference.PRIMES)],
         "CARRIED": canvas.CARRIED,
         "UNDERPAINT_STEP": UNDERPAINT_STEP,
         "UNDERPAINT_THICKNESS": relief.UNDERPAINT_THICKNESS,

@@ -15,8 +15,9 @@
 const NO_FLOATS =
   "this browser cannot draw into float textures: the painting is shown without relief, lamp and threads";
 const MOST_REACH = 15; // pixels, as in blur.frag
+const MOST_WASHED = 500000; // pixels of washes that are made, in some tenths of a second
 const UNITS = ["uCoat", "uCoatDetail", "uPattern", "uCanvas", "uDetail", "uTint", "uGroundImage", "uHeight"];
-const SOFT_UNITS = ["uSoft", "uSoftDetail"];
+const SOFT_UNITS = ["uSoft", "uSoftDetail"], WASH_UNITS = ["uWash", "uWashMore"];
 const [ZEROS, ONES] = [new Float32Array(4), new Float32Array(4).fill(1)];
 const BYTES = { canvas: 8, detail: 4, coat: 8, coatDetail: 4, tint: 8, blurredAlong: 2, blurred: 2 }; // a pixel of each target
 
@@ -165,31 +166,66 @@ class Canvas {
 
   /** Whether a coat has an effect that can be made as a whole. */
   get hasEffects() {
-    return this._canMake && this._plans.some(({ hasBlacks }) => hasBlacks);
+    return this._canMake && this._plans.some(({ hasBlacks, hasWashes }) => hasBlacks || hasWashes);
   }
 
   /** Whether a coat has an effect that is made as a whole in this picture. */
   isMade(i) {
-    return this._plans[i].hasBlacks && this._canMake && this._picture.isWhole;
+    const { hasBlacks, hasWashes } = this._plans[i];
+    return (hasBlacks || hasWashes) && this._canMake && this._picture.isWhole;
   }
 
-  /** Make a coat, from the boxes of its strokes, in its bound target. */
-  make(i, boxes, count) {
+  /** The camera of the picture that an effect is made of: those of washes have a limit. */
+  cameraOf(i, camera) {
+    const { width, height, fx, fy, cx, cy } = camera;
+    const step = this._plans[i].hasWashes ? Math.max(1, Math.sqrt((width * height) / MOST_WASHED)) : 1;
+    const lens = { fx: fx / step, fy: fy / step, cx: cx / step, cy: cy / step };
+    return new PageCamera({ ...camera, ...lens, width: Math.ceil(width / step), height: Math.ceil(height / step) });
+  }
+
+  /** Make a coat, from boxes in the picture of `cameraOf`, which has a pixel for `step` along a side, in its bound target. */
+  make(i, boxes, count, camera, step) {
+    const painted = paintSoftly(boxes, count, camera.width, camera.height);
+    if (this._plans[i].hasWashes) this._layWashes(i, makeWashes(this._header.coats[i].washes, painted, camera), camera, step);
+    else this._makeBlacks(i, painted);
+  }
+
+  _makeBlacks(i, painted) {
     const { gl, _picture: { width, height, middle } } = this;
-    const painted = paintSoftly(boxes, count, width, height);
-    makeBlacks(this._header.coats[i].blacks, painted);
     const { colors, depths } = painted, apart = new Float32Array(2 * depths.length);
-    depths.forEach((depth, k) => { apart[2 * k + 1] = colors[4 * k + 3] * (depth - middle); });
+    makeBlacks(this._header.coats[i].blacks, painted);
+    for (let k = 0; k < depths.length; k++) apart[2 * k + 1] = colors[4 * k + 3] * (depths[k] - middle);
     const { coat, coatDetail } = this._targets.textures;
-    this._upload(coat, gl.RGBA, colors);
-    this._upload(coatDetail, gl.RG, apart);
+    for (const [texture, format, numbers] of [[coat, gl.RGBA, colors], [coatDetail, gl.RG, apart]]) {
+      this._bindTexture(0, texture);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, format, gl.FLOAT, upsideDown(numbers, height));
+    }
   }
 
-  /** Fill the part of a texture that a picture has, from rows of which the upper one comes first. */
-  _upload(texture, format, numbers) {
-    const { gl, _picture: { width, height } } = this;
-    this._bindTexture(0, texture);
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, format, gl.FLOAT, upsideDown(numbers, height));
+  _layWashes(i, layers, { width, height }, step) {
+    const { gl, _picture: picture, _plans: plans } = this, { surface, coats } = this._header;
+    const { isGlaze, hasDetail } = plans[i], { washes } = coats[i].washes;
+    const { handle, at } = this._program("wash.frag", { GLAZE: isGlaze, DEPTH: hasDetail });
+    const textures = layers.map((numbers) => {
+      const texture = newTexture(gl, gl.LINEAR);
+      const rows = upsideDown(numbers, height);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, width, height, 0, gl.RGBA, gl.FLOAT, rows);
+      return texture;
+    });
+    gl.useProgram(handle);
+    this._bindTexture(2, this._pattern?.texture);
+    textures.forEach((texture, k) => this._bindTexture(k, texture));
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform2f(at.uShare, 1 / (step * width), 1 / (step * height));
+    gl.uniform1f(at.uLift, step * height - picture.height);
+    gl.uniform1f(at.uGrain, washes.grain);
+    gl.uniform2f(at.uLightNoise, washes.light_noise[0] / washes.light[1], washes.most);
+    gl.uniform3fv(at.uGround, surface?.color ?? [1, 1, 1]);
+    gl.uniform1f(at.uTone, surface === null ? 0 : surface.strength * DEVIATIONS[surface.kind].tone);
+    gl.uniform1f(at.uMiddle, picture.middle);
+    gl.disable(gl.BLEND);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    for (const texture of textures) gl.deleteTexture(texture);
   }
 
   /** Compose ground, glazes, paint and light in the target. */
@@ -254,7 +290,9 @@ class Canvas {
       const program = new Program(gl, "screen.vert", fragment, defines);
       this._programs.set(key, program);
       gl.useProgram(program.handle);
-      SOFT_UNITS.forEach((name, unit) => gl.uniform1i(program.at[name] ?? null, unit));
+      for (const names of [SOFT_UNITS, WASH_UNITS]) {
+        names.forEach((name, unit) => gl.uniform1i(program.at[name] ?? null, unit));
+      }
       UNITS.forEach((name, unit) => gl.uniform1i(program.at[name] ?? null, unit));
     }
     return this._programs.get(key);
@@ -504,11 +542,11 @@ function planOf({ coats, surface, lamp }, isHalf) {
     const hasHeight = !isGlaze && _isLit && coat.relief !== null;
     const hasDepth = !isGlaze && (i < lastTested || (isHalf && Boolean(coat.blacks)));
     const hasDetail = hasHeight || hasDepth;
-    const { isHiding } = coat;
-    const isDirect = !(isGlaze || isPressed || isHiding || isTested[i] || (hasHeights && hasDetail));
+    const { isHiding } = coat, hasWashes = Boolean(coat.washes) && !coat.motion;
+    const isDirect = !(hasWashes || isGlaze || isPressed || isHiding || isTested[i] || (hasHeights && hasDetail));
     hasHeights ||= hasHeight;
     const hasBlacks = Boolean(coat.blacks);
-    return { isGlaze, isPressed, isHiding, hasBlacks, isTested: isTested[i], hasHeight, hasDepth, hasDetail, isDirect };
+    return { isGlaze, isPressed, isHiding, hasBlacks, hasWashes, isTested: isTested[i], hasHeight, hasDepth, hasDetail, isDirect };
   });
   return {
     _plans,

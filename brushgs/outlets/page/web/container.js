@@ -55,8 +55,10 @@ function checkCounts({ arrays, brushes, coats, surface, motion }, numBytes) {
     for (const name of ["means", "quats", "scales", "opacities", "sh"]) {
       if (!Object.hasOwn(coat.arrays, name)) refuse(`the coat ${coat.name} has no ${name}`);
     }
+    if (coat.washes && !Object.hasOwn(coat.arrays, "washSh")) refuse(`the coat ${coat.name} has no washSh`);
     for (const [name, array] of Object.entries(coat.arrays)) {
-      const width = name === "sh" ? 3 * (coat.shDegree + 1) ** 2 : WIDTHS[name];
+      const degree = name === "sh" ? coat.shDegree : name === "washSh" ? coat.washes?.shDegree : undefined;
+      const width = degree === undefined ? WIDTHS[name] : 3 * (degree + 1) ** 2;
       check(array, coat.count * width, `the coat ${coat.name}`);
     }
     if (coat.motion) {

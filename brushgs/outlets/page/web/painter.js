@@ -27,6 +27,7 @@ class Painter {
     this._noise = newNoise(gl);
     this._coats = header.coats.map((coat) => new CoatPainter(gl, coat, arrays, this._atlas, this._noise));
     this._canvas = new Canvas(gl, header, arrays);
+    this._sources = []; // made when they are needed
     this._motion = new Motion(contents);
     this.move(this._seconds ?? 0);
     this._bareCanvas = this._highlighter = null; // made when they are needed
@@ -35,7 +36,7 @@ class Painter {
 
   /** Make everything anew after a lost context was restored. */
   restore() {
-    this._coats = [];
+    this._coats = this._sources = [];
     this._atlas = this._noise = this._canvas = this._bareCanvas = this._highlighter = null;
     this.replace(this.contents);
   }
@@ -78,8 +79,10 @@ class Painter {
         canvas.laySoft(i);
         drawing.part = "strokes";
       }
-      if (canvas.isMade(i)) canvas.make(i, coat.boxes(camera, head, brush), coat.countOf(share));
-      else coat.draw(camera, head, drawing);
+      if (canvas.isMade(i)) {
+        const made = canvas.cameraOf(i, camera);
+        canvas.make(i, this._sourceOf(i).boxes(made, head, brush), coat.countOf(share), made, camera.fx / made.fx);
+      } else coat.draw(camera, head, drawing);
       highlighter?.add(i, coat, camera, head, drawing);
       canvas.lay(i);
     });
@@ -90,6 +93,14 @@ class Painter {
   /** Whether strokes are drawn a second time behind themselves. */
   get hasUnderpaint() {
     return this._coats.some((coat) => coat.hasUnderpaint);
+  }
+
+  /** The painter of the strokes that the effect of a coat is made of: washes map their colours afterwards. */
+  _sourceOf(i) {
+    const coat = this._coats[i], { header } = coat, { arrays } = this.contents;
+    if (!header.washes) return coat;
+    const own = { ...header, shDegree: header.washes.shDegree, arrays: { ...header.arrays, sh: header.arrays.washSh } };
+    return (this._sources[i] ??= new CoatPainter(this.gl, own, arrays, this._atlas, this._noise));
   }
 
   /** Whether there are effects that take time where they are made as a whole. */
@@ -138,7 +149,7 @@ class Painter {
   }
 
   dispose() {
-    for (const coat of this._coats ?? []) coat.dispose();
+    for (const coat of [...(this._coats ?? []), ...(this._sources ?? []).filter(Boolean)]) coat.dispose();
     this._canvas?.dispose();
     this._bareCanvas?.dispose();
     this._highlighter?.dispose();

@@ -1,0 +1,100 @@
+"""Effects of coats in a page: what it makes of each, and what it needs for that.
+
+Effects are made at rest, by scripts (`web/blacks.js`, `web/washes.js`); a picture that moves has stand-ins.
+"""
+
+from collections.abc import Iterator
+from dataclasses import asdict, fields, replace
+from typing import TYPE_CHECKING, Any
+
+from brushgs.rendering.effect import without_effect
+from brushgs.values.arrays import F64
+
+if TYPE_CHECKING:
+    from brushgs.rendering.canvas import Painting
+    from brushgs.rendering.coat import Coat
+    from brushgs.rendering.space_noise import Anchor
+    from brushgs.rendering.tonal import Blacks
+
+
+def in_page(painting: "Painting") -> "Painting":
+    """The painting with the strokes that a page draws: in tones where the page makes blacks of them."""
+
+    def shown(coat: "Coat") -> "Coat":
+        return replace(coat, effect=None) if _blacks(coat) else without_effect(coat)
+
+    return replace(painting, coats=tuple(map(shown, painting.coats)))
+
+
+def effect_facts(coat: "Coat", origin: F64) -> dict[str, Any]:
+    """What the header of a coat says of its effect; points are relative to the origin, world units."""
+    from brushgs.rendering.tonal import Blacks
+
+    blacks = _blacks(coat)
+    numbers = None
+    if blacks is not None:
+        numbers = {
+            "threshold": blacks.threshold,
+            "leastArea": blacks.least_area,
+            "ink": list(blacks.ink),
+            "paper": list(blacks.paper),
+        }
+    return {
+        "isHiding": isinstance(coat.effect, Blacks),
+        "blacks": numbers,
+        "washes": _wash_facts(coat, origin),
+    }
+
+
+def omitted_of(coat: "Coat", *, moves: bool) -> Iterator[str]:
+    """Sentences on what a page does not show of the effect of a coat, at rest or in motion."""
+    from brushgs.rendering.tonal import Blacks
+
+    effect = coat.effect
+    if effect is None:
+        return
+    if _blacks(coat):
+        yield f"{effect.traits} have rougher outlines while the page moves, and small ones stay"
+    elif has_washes(coat) and not moves:
+        yield f"{effect.traits} are shown at rest only: in motion strokes lie one by one"
+    elif not isinstance(effect, Blacks):
+        yield f"{effect.traits} are not in the page: strokes lie one by one"
+
+
+def has_washes(coat: "Coat") -> bool:
+    """Whether the effect of a coat is washes that a page makes."""
+    from brushgs.rendering.wet_layer import ShadowWash, WetLayer
+
+    return isinstance(coat.effect, WetLayer | ShadowWash) and coat.cut is None and coat.plain is None
+
+
+def _blacks(coat: "Coat") -> "Blacks | None":
+    from brushgs.rendering.tonal import Blacks
+
+    return coat.effect if isinstance(coat.effect, Blacks) and coat.effect.threshold > 0 else None
+
+
+def _wash_facts(coat: "Coat", origin: F64) -> dict[str, Any] | None:
+    from brushgs.rendering.wet_layer import ShadowWash, WetLayer
+
+    effect = coat.effect
+    if not has_washes(coat) or not isinstance(effect, WetLayer | ShadowWash):
+        return None
+    facts: dict[str, Any] = {
+        "washes": {one.name: getattr(effect.washes, one.name) for one in fields(effect.washes)},
+        "anchor": _anchor(effect.anchor, origin),
+    }
+    if isinstance(effect, WetLayer):
+        smoothing = [[one.width, one.edge, one.wet, one.loose] for one in effect.smoothing]
+        facts |= {"key": asdict(effect.key), "smoothing": smoothing, "isRoom": effect.is_room}
+    return facts
+
+
+def _anchor(anchor: "Anchor", origin: F64) -> dict[str, Any]:
+    return {
+        "center": (anchor.center - origin).tolist(),
+        "scale": anchor.scale,
+        "focus": (anchor.focus - origin).tolist(),
+        "reach": anchor.reach,
+        "seed": anchor.seed,
+    }
