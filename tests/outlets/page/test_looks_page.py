@@ -103,7 +103,7 @@ def painted_in(look, scene, camera, *, lock, **options):
     [*((look, None) for look in LOOKS), ("watercolour", 0.6)],
 )
 def test_the_page_paints_every_look_as_the_exact_renderer_does(studio, look, relief):
-    """Decibels: oil 64, gouache 62, impressionist 61, watercolour 59, plain 55, charcoal 45, ink 74, hatching 69.
+    """PSNR: oil 64 dB, gouache 62, impressionist 61, watercolour 59, ink 74, hatching 69, charcoal 45.
 
     Rubbed tones are left out of the page, and named.
     """
