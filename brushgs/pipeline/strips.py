@@ -20,7 +20,8 @@ from brushgs.values.part import TILE, Part
 if TYPE_CHECKING:
     from brushgs.rendering.canvas import Painting
 
-MOST_PIXELS = 1 << 25  # of a picture in one piece: 7680 x 4320 and a little more, some 4 GB
+MOST_PIXELS = 1 << 24  # of a picture in one piece: 5120 x 2880 and a little more, some 2 GB
+UNCHECKED = 1 << 25  # pixels of a picture in one piece that is tried on any machine
 OF_WHOLE = ("watercolour", "ink")  # media whose washes and blacks need the whole picture
 STRIP_PIXELS = 1 << 23  # with some 100 bytes each while it is painted
 # Bytes that a pixel of a picture in one piece takes: of oil 100, of ink 120, of washes 220.
@@ -42,7 +43,7 @@ def check_memory(painting: "Painting", camera: Camera) -> None:
     """
     num, known, is_whole = camera.width * camera.height, machine_memory(), painting.reach(camera) is None
     needed = num * (BYTES_OF_WHOLE if is_whole else BYTES)
-    if num <= MOST_PIXELS or known is None or needed <= known or (painting.part and not is_whole):
+    if num <= UNCHECKED or known is None or needed <= known or (painting.part and not is_whole):
         return
     cure = "take another look" if is_whole else "write a PNG, TIFF or JPEG without layers"
     reason = "its washes or blacks need " if is_whole else "it takes "

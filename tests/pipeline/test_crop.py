@@ -141,6 +141,7 @@ def test_strips_give_the_file_of_one_piece(look, suffix, scene, folder, in_strip
 def test_a_picture_beyond_the_memory_is_refused(monkeypatch):
     prepared = prepared_in("watercolour")
     monkeypatch.setattr(strips, "MOST_PIXELS", 100)
+    monkeypatch.setattr(strips, "UNCHECKED", 100)
     monkeypatch.setattr(strips, "machine_memory", lambda: 10**6)
     with pytest.raises(ValueError, match=r"its washes or blacks need some 3\.14 MB for 140x102 pixels"):
         paint_view(prepared, Report(), in_strips=True)
