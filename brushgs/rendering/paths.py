@@ -31,8 +31,10 @@ STRIPS, BINS = 10, 32  # bristles of a brush, and samples along them
 COVERED = 0.1  # transmittance of later coats below which a line under them is cut
 JOINED = 1.2  # largest gap between pieces of one line, in widths
 ALIKE = 0.2  # largest difference of the paint of pieces in one path, relative to the larger
-SOFT_DOT = 0.75  # px, half width of dots above which `WIDER` applies
 WIDER = 1.03  # width of a path as soft as that of a brush, over that of an opaque one
+# The same of dots: more by a factor for each px of half width below one of which they are like other paths.
+# Renderers draw circles of a pixel as polygons, and lose up to a tenth of their area.
+SMALL_DOT, WIDER_DOT, WIDEST_DOT = 1.2, 0.24, 1.12
 AROUND = 3  # px, side of the window in which the paint taken by paper is averaged
 FAINTEST = 2 * MIN_ALPHA  # opacity below which a path is omitted
 
@@ -163,6 +165,7 @@ def _paths(laid: LaidCoat, runs: _Runs, camera: Camera) -> Iterator[Path2D]:
     is_thin, is_dot = _are_lines(laid, camera)[rows], _are_dots(laid, camera)[rows]
     colors = np.clip(boxes.colors[rows].astype(np.float64), 0, 1)
     opacities = boxes.opacities[rows] * runs.shares
+    opacities[is_dot] *= (0.5 * (runs.ends - runs.starts))[is_dot]  # of a dot half hidden, half of the paint
     axes = np.stack([np.cos(boxes.angles[rows]), np.sin(boxes.angles[rows])], axis=1)
     normals = axes[:, ::-1] * (-1, 1)
     centers = boxes.centers[rows].astype(np.float64)
@@ -177,9 +180,9 @@ def _paths(laid: LaidCoat, runs: _Runs, camera: Camera) -> Iterator[Path2D]:
             ends = centers[i] + np.stack([0 * axes[i], axes[i] * half[i, 0], normals[i] * half[i, 1]])
             yield Path2D("soft", ends, 0.0, color, opacity)
         elif is_dot[i]:
-            wider = WIDER if half[i, 1] > SOFT_DOT else 1.0
+            wider = float(np.clip(1 + WIDER_DOT * (SMALL_DOT - half[i, 1]), WIDER, WIDEST_DOT))
             size = 2 * wider * float(np.sqrt(half[i].prod() * 4 / np.pi * solid[brush[i]]))
-            yield Path2D("dot", centers[i : i + 1], size, color, opacity / wider**2)
+            yield Path2D("dot", centers[i : i + 1], size, color, opacity / wider)
         elif len(area):
             yield Path2D("area", area, 0.0, color, opacity)
 

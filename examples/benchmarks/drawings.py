@@ -11,7 +11,7 @@ is what the plain picture covers by half. Squinting is a blur by 3.5 % of the sh
   subject around that median), and share of the ink in flecks of less than 40 px^2.
 - watercolour: share of the picture that is within 2.5 (CIELAB) of its paper, the darkest 2 % in L*, and the
   lost share of the outline: within 6 across 4 px to both sides.
-- stippling: PSNR in dB of the SVG, drawn by another renderer, to the PNG.
+- ink, hatching, stippling: PSNR in dB of the SVG, drawn by CairoSVG, to the picture, and its size.
 """
 
 import argparse
@@ -27,13 +27,14 @@ from scipy import ndimage
 import brushgs as bg
 from brushgs.cli.configs import paint_config, scene_source
 from brushgs.cli.parser import parse
-from brushgs.formats.pictures.images import read_image
 from brushgs.measure.likeness import psnr
 from brushgs.passes.color.squint import Squint, lab_of, squinted
+from brushgs.pipeline.drawing import write_picture
 from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.still import paint_file, paint_view
+from brushgs.pipeline.still import paint_view
 from brushgs.rendering.render import render
+from brushgs.rendering.wanted import Wanted
 from brushgs.values.arrays import F64, Array, Mask
 from examples.benchmarks.curves import SCENES as FILES_AND_FLAGS
 from examples.benchmarks.curves import placed
@@ -140,26 +141,41 @@ def lost_share(lab: F64, subject: Mask) -> float | None:
     return float((np.linalg.norm(inner - outer, axis=1) < LOST).mean())
 
 
-def stippling(drawing: Drawing) -> list[str]:
-    """Likeness of the SVG."""
+def svg(drawing: Drawing) -> list[str]:
+    """Likeness of the SVG, and its size."""
     import cairosvg
     from PIL import Image
 
+    report = Report()
+    frame = paint_view(drawing.found, report, wanted=Wanted(paths=True))
     with tempfile.TemporaryDirectory() as folder:
-        svg, png = Path(folder) / "a.svg", Path(folder) / "a.png"
-        for path in (svg, png):
-            paint_file(drawing.source, path, drawing.config)
-        content = cairosvg.svg2png(bytestring=svg.read_bytes())
-        shown = np.asarray(Image.open(io.BytesIO(content)).convert("RGB")) / 255
-        return [f"{psnr(shown, read_image(png)[..., :3]):.1f}", f"{svg.stat().st_size / 1e6:.1f}"]
+        path = Path(folder) / "drawing.svg"
+        write_picture(frame, path, drawing.found.background, drawing.config, report)
+        text = path.read_bytes()
+    picture = Image.open(io.BytesIO(cairosvg.svg2png(bytestring=text))).convert("RGB")
+    return [f"{psnr(np.asarray(picture) / 255, drawing.rgb):.1f}", f"{len(text) / 1e6:.1f}"]
+
+
+def can_draw_svg() -> bool:
+    """Whether CairoSVG is here, with the library that it needs."""
+    try:
+        import cairosvg  # noqa: F401
+    except (ImportError, OSError):
+        return False
+    return True
 
 
 FIGURES: dict[str, tuple[Callable[[Drawing], list[str]], str]] = {
     "charcoal": (charcoal, "correlation, range"),
-    "ink": (ink, "median L*, black, regions, hatch px, middle hatched, flecks"),
+    "ink": (
+        lambda drawing: ink(drawing) + svg(drawing),
+        "median L*, black, regions, hatch px, middle hatched, flecks, SVG dB, MB",
+    ),
+    "hatching": (svg, "SVG dB, MB"),
     "watercolour": (watercolour, "paper, darkest 2 % L*, outline lost"),
-    "stippling": (stippling, "SVG dB, MB"),
+    "stippling": (svg, "SVG dB, MB"),
 }
+WITH_SVG = {"ink", "hatching", "stippling"}
 
 
 def main() -> None:
@@ -171,6 +187,9 @@ def main() -> None:
     parser.add_argument("--pictures", type=Path, help="folder for the pictures")
     parser.add_argument("--page", type=Path, help="gets the tables between its marks")
     asked = parser.parse_args()
+    if WITH_SVG & set(asked.looks) and not can_draw_svg():
+        others = " ".join(look for look in FIGURES if look not in WITH_SVG)
+        parser.error(f"CairoSVG draws the SVG files; pip install cairosvg, or give --looks {others}")
     print(describe(), flush=True)
     scenes = present(asked.scenes or PICKED, {name: file for name, (file, _) in FILES_AND_FLAGS.items()})
     for look in asked.looks:

@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 import brushgs as bg
+from brushgs.brushes.soft import dot_brush
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.pictures.metadata import read_metadata
 from brushgs.formats.pictures.svg import write_svg
@@ -17,6 +18,14 @@ from brushgs.options.painting import ViewConfig
 from brushgs.options.rules import Rule, Rules
 from brushgs.options.where import Where
 from brushgs.pipeline.still import paint_file
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.depth_test import DepthTest
+from brushgs.rendering.marks import LaidCoat
+from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.paths import paths_of
+from brushgs.values.boxes import Boxes
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
 from brushgs.values.paths import Path2D, PathGroup, Paths
 from brushgs.values.shot import Origin
 from tests.kit.for_each import for_each
@@ -79,6 +88,31 @@ def test_layers_are_coats_in_painting_order_and_regions(scene, tmp_path):
     assert root.find(f"{SVG}rect").get("fill").startswith("#f")
     assert read_metadata(tmp_path / "a.svg").command == "brushgs render <pears & co>"
     assert (tmp_path / "a.svg").stat().st_size < 5e6
+
+
+def test_a_dot_half_hidden_has_half_of_the_paint():
+    camera = Camera.look_at((0, 0, -4), (0, 0, 0), width=800, height=600, fov_y=0.8)
+    brush, one = dot_brush(), np.ones(1)
+    boxes = Boxes(
+        *(
+            np.array(column)
+            for column in ([[400.0, 300.0]], [[1.2, 1.2]], [0.0], [1.0], [[0.0, 0, 0]], [0.8])
+        ),
+        ids=np.zeros(1, np.int32),
+    )
+    strokes = Gaussians(np.zeros((1, 3)), np.eye(1, 4), np.ones((1, 3)), one, np.zeros((1, 1, 3)))
+    coat = Coat("dots", strokes, brush, RenderOptions.of(brush))
+
+    def opacity(depth):
+        limit = np.full((600, 800), 2.0)
+        limit[:, :400] = depth
+        laid = LaidCoat(coat, boxes, DepthTest(limit, 0.01 * one), np.zeros((600, 800)))
+        (group,) = paths_of([laid], camera).groups
+        (path,) = group.paths
+        assert path.kind == "dot"
+        return path.opacity
+
+    assert opacity(0.5) == pytest.approx(0.5 * opacity(2.0), rel=0.07)  # of 17 samples, one lies on the edge
 
 
 def test_kinds_of_paths_and_an_empty_drawing(tmp_path):
