@@ -150,5 +150,6 @@ def _lightness(
         for (picture, rows), values in zip(pictures, found, strict=True):
             rgb = picture[rows]
             values.append(oklab_of(np.clip(rgb.astype(np.float64), 0, 1))[:, 0])
-    means = [float(np.concatenate(values).mean()) if any(map(len, values)) else None for values in found]
-    return None if None in means else Lightness(*means)
+    if not all(any(map(len, values)) for values in found):
+        return None
+    return Lightness(*(float(np.concatenate(values).mean()) for values in found))
