@@ -1,4 +1,4 @@
-"""Members of strokes at their references and at a moment -> the numbers of the strokes' poses."""
+"""Compute the poses of strokes from their members at the reference moments and now."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -16,27 +16,27 @@ from brushgs.values.quats import conjugates, normalized, quat_products, rotation
 from brushgs.values.sh import C0
 
 MEMBERS_AT_A_TIME = 1 << 16  # about 700 bytes each while a moment is processed
-GONE = 0.01  # factor on opacity below which a stroke counts as absent, and gets no pose
+GONE = 0.01  # share of the mass at the reference below which a stroke is absent and gets no pose
 GONE_NUMBERS = (*AT_REST[:OPACITY], 0.0, *AT_REST[OPACITY + 1 :])
 
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """Strokes as bodies of their members, k strokes of n members.
+    """k strokes as bodies of n members.
 
     Attributes:
-        strokes: rows of these strokes, as the caller counts them.
-        rows: [n] rows of the members in the scene, by stroke.
-        starts: [k + 1] where the members of each stroke begin, and where the last ends.
+        strokes: slice of these strokes among all of the caller.
+        rows: [n] rows of the members in the scene, sorted by stroke.
+        starts: [k + 1] first member of each stroke, then n.
         pivots: [k, 3] weighted means of the members.
         places: [n, 3] offsets of the members from the pivots of their strokes.
-        quats: [n, 4] of the members, of length 1.
-        variances: [n] of their balls, a third of the trace of their covariance.
-        areas: [n] their projected areas, see `merge_clusters`.
-        opacities: [n] theirs.
+        quats: [n, 4] unit quaternions of the members.
+        variances: [n] mean variance of each member along an axis, a third of the trace of its covariance.
+        areas: [n] projected areas of the members, see `merge_clusters`.
+        opacities: [n] of the members.
         footprints: [k] areas of the strokes without overlap.
-        colors: [k, 3] mean of the members, the part that does not depend on the view, display-encoded.
-        painted: [k] opacity of the members together, see `merge_clusters`.
+        colors: [k, 3] mean view-independent colours of the members, display-encoded.
+        painted: [k] joint opacity of the members, see `merge_clusters`.
     """
 
     strokes: slice
@@ -54,7 +54,7 @@ class Bodies:
 
     @classmethod
     def of(cls, members: Gaussians, labels: Rows) -> "Iterator[Bodies]":
-        """The bodies of members with ids, which stroke by stroke are `labels` [n], ascending, 0 to k - 1."""
+        """Yield bodies of members with ids, in chunks; `labels` [n] are strokes, 0 to k - 1, ascending."""
         assert members.ids is not None, "members are rows of a scene"
         num = int(labels[-1]) + 1 if len(labels) else 0
         starts = np.searchsorted(labels, np.arange(num + 1))
@@ -75,7 +75,7 @@ class Bodies:
         opacities, own_areas = members.opacities.astype(np.float64), projected_areas(members.scales)
         areas = own_areas.copy()
         totals = np.bincount(labels, opacities * areas)
-        areas[(totals == 0)[labels]] = 1.0  # points: each counts by its opacity
+        areas[(totals == 0)[labels]] = 1.0  # points: weighted by opacity
         weights = opacities * areas
         weights[(np.bincount(labels, weights) == 0)[labels]] = 1.0
         shares = weights / np.bincount(labels, weights)[labels]
@@ -100,17 +100,17 @@ class Bodies:
         )
 
     def numbers(self, moment: Gaussians, last_turns: Array, since: float) -> F64:
-        """The numbers of a `Pose` at a moment, [k, 12]; at rest but for opacity 0 where strokes are gone.
+        """The pose rows of the strokes at a moment, [k, 12]; absent strokes rest with opacity 0.
 
         Args:
             moment: the scene, with all rows.
-            last_turns: [k, 4] rotations a moment before.
-            since: seconds since that.
+            last_turns: [k, 4] rotations at the previous moment; absent strokes keep them.
+            since: seconds since then.
         """
         labels = np.repeat(np.arange(len(self.pivots)), np.diff(self.starts))
         opacities = moment.opacities[self.rows].astype(np.float64)
         scales = moment.scales[self.rows].astype(np.float64)
-        # What is hardly there now, or was not at the reference, says little of where the others went.
+        # Members that are faint now or at the reference are poor evidence of motion.
         weights = self.areas * np.minimum(opacities, self.opacities)
         totals = np.add.reduceat(weights, self.starts[:-1])
         is_there = totals > GONE * np.add.reduceat(self.areas * self.opacities, self.starts[:-1])

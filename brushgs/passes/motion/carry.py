@@ -1,14 +1,14 @@
-"""Gaussians of consecutive moments -> which stroke each belongs to, where rows do not correspond.
+"""Assign the Gaussians of consecutive moments to strokes, where rows do not correspond.
 
-Each moment starts from the strokes of the one before. Every Gaussian first belongs to the stroke of the
-Gaussian that it was a moment ago, by place and looks along the motion of the scene, see `match`. It leaves
-only where another stroke is clearly nearer (hysteresis), while the centres of the strokes follow their
-members (Lloyd). What no stroke is near is unpainted: there strokes are born. Strokes that lose their matter
-sleep, and wake where it comes back soon, or die; strokes that come to lie in one place become one; strokes
-that gain much and spread are cut in two. At last there are about as many as at first: where there are more,
-those that are nearest to each other are merged, and where there are fewer, the largest are cut.
-Source: Litwinowicz 1997 and Hays and Essa 2004, in whose paintings of films strokes are born where paint
-thins and taken out where it crowds.
+Each moment starts from the strokes of the previous one. Every Gaussian first inherits the stroke of the
+Gaussian that it matches in the previous moment (`match`). It changes strokes only if another centre is
+clearly nearer (hysteresis), while the centres follow their members (Lloyd). Gaussians far from all strokes
+are unpainted: strokes are born there. Strokes that lose their matter sleep, then wake if it returns soon, or
+die. Strokes that come to overlap are merged; strokes that gain much matter and spread are cut in two. At the
+end of each step the number of strokes is brought near the target: the nearest pairs are merged if there are
+too many, the largest strokes are cut if there are too few.
+Source: Litwinowicz 1997 and Hays and Essa 2004, whose painted videos add strokes where paint thins and
+remove them where it crowds.
 """
 
 from dataclasses import dataclass, field
@@ -23,39 +23,39 @@ from brushgs.passes.reduce.lloyd import assign, start
 from brushgs.values.arrays import F64, Mask, Rows
 
 NUM_STEPS = 2  # iterations of Lloyd per moment
-# Lengths are in radii of strokes: the root of the mean squared distance of members to their centre.
-NEAR = 2.0  # a Gaussian farther from all Gaussians of the moment before is new
+# Lengths are in stroke radii: the RMS distance of the members to their centre.
+NEAR = 2.0  # a Gaussian farther than this from its match in the previous moment is new
 WITHIN = 1.0  # a Gaussian nearer than this to the centre of its stroke never leaves it
 MARGIN = 0.7  # a Gaussian leaves if another centre is nearer by this factor
-REACH = 2.5  # what is new, or left its stroke, is unpainted if it is farther from all centres
-CLAIM = 1.25  # what is unpainted belongs to a stroke only so near to its centre
-CROWDED = 0.25  # strokes with centres nearer than this, in sums of their radii, become one
-# Of a usual stroke of the scene, the median.
+REACH = 2.5  # a Gaussian that is new or left its stroke is unpainted if farther than this from all centres
+CLAIM = 1.25  # an unpainted Gaussian joins a stroke only if nearer than this to its centre
+CROWDED = 0.25  # strokes are merged if their centres are nearer than this, in mean radii of the two
+# Relative to the median stroke of the scene.
 LEAST_BIRTH = 0.25  # minimum mass for the birth of a stroke
-CUT = 0.05  # of all that is painted: so much that is new at once is no flicker, and is painted at once
-# Of the usual mass of the stroke itself.
+CUT = 0.05  # share of all mass: if more is new at once it is a cut, not flicker, and is painted immediately
+# Relative to the usual mass (and radius) of the stroke itself.
 ALIVE = 0.05
 GAIN, SPREAD = 2.5, 1.6  # mass and radius at which a stroke is cut
-ADAPTING = 0.1  # share by which the usual mass and radius of a stroke adapt to those of a moment
-TOLERATED = 2.0  # unpainted matter of the first moment may grow by so much: the caller left it out
-HORIZON = 0.1  # seconds: as far as two will be apart then, they are now
+ADAPTING = 0.1  # rate at which the usual mass and radius of a stroke adapt to the current ones
+TOLERATED = 2.0  # factor by which matter that the caller left unpainted may grow and stay unpainted
+HORIZON = 0.1  # seconds of drift that are added to distances, so that what moves apart counts as apart
 SLEEP = 0.5  # seconds in which a stroke without matter can wake
-COVERED = np.array([0, 1, 2, 6, 7, 8])  # of the features: place and colour
-LEAST_FOUND = 0.2  # of the matter and the members of a stroke: with less it is not carried
-WAITING = 0.1  # maximum seconds between moments at which new matter must be there twice
-MOST_GROWTH = 1.5  # factor of length in a step: more is another thing
-NUM_TASTED = 6  # Gaussians near a stroke that has lost all of its own
-MORE = 0.03  # share of strokes by which their number may be off, before some are merged or cut
-MOST_ROUNDS = 20  # of merging, and of cutting: each changes up to a third of the strokes
+COVERED = np.array([0, 1, 2, 6, 7, 8])  # columns of the features: position and colour
+LEAST_FOUND = 0.2  # share of a stroke's matter and members; with fewer matched, its matches are dropped
+WAITING = 0.1  # seconds; if moments are no farther apart, new matter must be present in two of them
+MOST_GROWTH = 1.5  # maximum factor of length in a step
+NUM_TASTED = 6  # nearest Gaussians tried for a stroke that has lost all members
+MORE = 0.03  # share of the target by which the number of strokes may be off before some are merged or cut
+MOST_ROUNDS = 20  # rounds of merging, and of cutting: each changes up to a third of the strokes
 
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """Pairs of Gaussians of two consecutive moments that are taken for the same.
+    """Matched Gaussians of two consecutive moments.
 
     Attributes:
-        before: [p] rows of the moment before.
-        after: [p] rows of this moment, ascending.
+        before: [p] rows in the previous moment.
+        after: [p] rows in this moment, ascending.
     """
 
     before: Rows
@@ -68,15 +68,15 @@ class Carrier(Members):
 
     Attributes:
         frame: centre and radius of the scene.
-        accepted: [n] the mass that the caller left unpainted of what each Gaussian was at first.
-        is_waiting: [n] whether it was unpainted the moment before, too: what appears for one moment only
-            bears no stroke.
-        target: how many strokes there are to be at every moment; None for as many as it takes.
-        recognizer: of Gaussians from moment to moment.
-        missed: Gaussians that the last moment misses, see `Recognized`.
-        missed_labels: their strokes, as `labels`.
-        missed_accepted: of them, as `accepted`.
-        shares: of the Gaussians of each step, those that were there the moment before.
+        accepted: [n] mass of each Gaussian that the caller left unpainted in the first moment.
+        is_waiting: [n] whether each was already unpainted in the previous moment: matter that appears for a
+            single moment gets no stroke.
+        target: number of strokes at every moment; None for no limit.
+        recognizer: matches Gaussians from moment to moment.
+        missed: Gaussians missing from the last moment, see `Recognized`.
+        missed_labels: their strokes, as in `labels`.
+        missed_accepted: their masses, as in `accepted`.
+        shares: for each step, the share of its Gaussians that were matched in the previous moment.
     """
 
     frame: SceneFrame
@@ -103,11 +103,11 @@ class Carrier(Members):
 
         Args:
             matter: of the first moment.
-            rows: of it that have a stroke.
-            labels: and which, 0 to m - 1, each in use.
-            is_painted: [m] whether a stroke counts, see `target`.
+            rows: its rows that have a stroke.
+            labels: their strokes, 0 to m - 1, each in use.
+            is_painted: [m] whether a stroke is painted and counts towards `target`.
             frame: centre and radius of the scene.
-            target: how many strokes there are to be at every moment; None for as many as it takes.
+            target: number of strokes at every moment; None for no limit.
         """
         num_strokes = len(is_painted)
         of_all = np.full(len(matter), NOBODY, np.intp)
@@ -121,7 +121,7 @@ class Carrier(Members):
         if num_strokes:
             carrier.center(matter, of_all)
             carrier.remember(1.0)
-            # What was pruned belongs to the strokes around it: it is there in later moments too.
+            # Pruned Gaussians join the strokes around them: they are present in later moments too.
             of_all = carrier._settled(matter, np.zeros((len(matter), 3)), of_all, of_all >= 0, of_all >= 0)
             carrier.labels = of_all
             carrier.center(matter, of_all)
@@ -130,13 +130,13 @@ class Carrier(Members):
         return carrier
 
     def step(self, matter: Matter, seconds: float) -> Pairs:
-        """Carry the strokes to the next moment; `labels` are then those of its Gaussians.
+        """Carry the strokes to the next moment, and set `labels` to the strokes of its Gaussians.
 
         Args:
             matter: of the moment.
-            seconds: since the last.
+            seconds: since the last moment.
 
-        A moment without any Gaussians changes nothing but that all strokes sleep.
+        An empty moment only puts all strokes to sleep.
         """
         self.born = np.arange(0)
         if len(matter) == 0:
@@ -147,17 +147,17 @@ class Carrier(Members):
         nearest, is_near, is_only, drifts = self._matched(matter, known_labels, seconds)
         num_last = len(self.labels)
         self.missed_labels, self.missed_accepted = known_labels[self.missed], known_accepted[self.missed]
-        # One more row at the end: that of what was not there.
+        # The extra last row stands for Gaussians without a match.
         own = np.append(known_labels, NOBODY)[nearest]
         accepted = np.concatenate([known_accepted, [0.0]])[nearest]
         was_unpainted = is_near & (own == NOBODY)
-        # What comes to the side of what was left out is left out, too.
+        # A new Gaussian next to matter that was left unpainted is left unpainted too.
         accepted = np.where(is_only | (accepted == 0), accepted, matter.masses)
         accepted[~was_unpainted] = 0.0
         strokes, labels = self.strokes, np.full(len(matter), NOBODY)
         for _ in range(NUM_STEPS if len(strokes.open) else 0):
             labels = self._settled(matter, drifts, own, ~was_unpainted, is_only)
-            # New matter moves no centre yet: at the border of something new a stroke would run into it.
+            # New matter does not move centres yet: strokes at its border would run into it.
             self.center(matter, np.where(is_only, labels, NOBODY))
         self.matter, self.labels, self.accepted = matter, labels, accepted
         self.is_waiting = was_unpainted
@@ -176,16 +176,16 @@ class Carrier(Members):
         return Pairs(nearest[stayed], stayed)
 
     def _matched(self, matter: Matter, labels: Rows, seconds: float) -> tuple[Rows, Mask, Mask, F64]:
-        """What each Gaussian was a moment ago; the strokes move along.
+        """Match each Gaussian to the previous moment, and move the strokes.
 
         Args:
             matter: of the moment.
-            labels: [n] the strokes of the last moment and of what it missed.
-            seconds: since the last.
+            labels: [n] strokes of the Gaussians of the last moment, then of those missing from it.
+            seconds: since the last moment.
 
         Returns:
-            The row that it was, or one past the last if none was near; whether one was near; whether that is
-            the same Gaussian; and how fast it drifts, as fast as its stroke if it was not there.
+            The matched row, or one past the last if none is near; whether one is near; whether it is the same
+            Gaussian; and the velocity of each Gaussian, that of its stroke if it has no match.
         """
         num, last = len(matter), self.matter
         if self.recognizer is None or len(last) == 0:
@@ -206,14 +206,14 @@ class Carrier(Members):
         reach += _sizes_of(matter)
         away = np.linalg.norm(matter.points[:, :3] - contracted(found.places, self.frame)[0][was], axis=1)
         is_near = is_same | (away <= reach)
-        drifts = np.append(self.strokes.drifts, np.zeros((1, 3)), axis=0)[own]  # the last: of nobody
+        drifts = np.append(self.strokes.drifts, np.zeros((1, 3)), axis=0)[own]  # last row: NOBODY
         drifts[from_last] = moved / seconds
         return np.where(is_near, was, len(labels)), is_near, is_same, drifts
 
     def _stays(self, found: Recognized) -> Mask:
-        """[m + 1] whether enough is found of what each stroke painted; the last is of nobody.
+        """Whether enough of the matter of each stroke is matched, [m + 1]; the last is for `NOBODY`.
 
-        A few pairs are chance, and would carry a stroke of what is gone to what is there.
+        A few pairs are chance, and would carry a stroke whose matter is gone to something else.
         """
         num, num_last = len(self.strokes) + 1, len(self.matter)
         rows = found.was[found.is_same & (found.was < num_last)]
@@ -222,7 +222,7 @@ class Carrier(Members):
         return np.asarray((kept >= LEAST_FOUND * sums_by_label(self.labels % num, values, num)).all(axis=1))
 
     def _move(self, matter: Matter, was: Rows, now: Rows) -> None:
-        """Move the strokes to this moment, by the motion of the Gaussians that are `now`."""
+        """Move the strokes by the motion of the matched Gaussians: rows `was[now]` before, `now` after."""
         from brushgs.passes.neighbours import nearest
 
         strokes, last, num = self.strokes, self.matter, len(self.strokes)
@@ -233,20 +233,20 @@ class Carrier(Members):
         kept = labels != NOBODY
         means = means_by_label(labels[kept], weights[kept], (y - x)[kept], num)
         alone = np.flatnonzero(np.bincount(labels[kept], minlength=num) == 0)
-        if len(alone):  # they go with what is nearest
+        if len(alone):  # strokes without matches follow the nearest one
             means[alone] = (y - x)[nearest(x[:, :3], strokes.centers[alone, :3], 1)[1][:, 0]]
         strokes.centers += means
         spreads = []
         for points in (x[kept], y[kept]):
             from_mean = points - means_by_label(labels[kept], weights[kept], points, num)[labels[kept]]
             spreads.append(float((weights[kept, None] * from_mean**2).sum()))
-        if min(spreads) > 0:  # of all together: of each stroke it would be chance, which adds up
+        if min(spreads) > 0:  # one factor for all: per stroke it would be noise, which adds up
             growth = np.sqrt(np.clip(spreads[1] / spreads[0], MOST_GROWTH**-2, MOST_GROWTH**2))
             strokes.radii *= growth
             strokes.masses *= growth**2
 
     def _drift(self, rows: Rows, drifts: F64) -> None:
-        """Strokes drift as their members do, half as they did: noise that went on would add up."""
+        """Set the drift of strokes to the mean of its old value and that of its members, to damp noise."""
         labels, num = self.labels[rows], len(self.strokes)
         means = means_by_label(labels, weights_of(self.matter.masses)[rows], drifts[rows], num)
         self.strokes.drifts = 0.5 * (self.strokes.drifts + means)
@@ -256,10 +256,10 @@ class Carrier(Members):
 
         Args:
             matter: the Gaussians.
-            drifts: [n, 3] how fast each moves.
-            own: [n] the stroke that each belonged to, or `NOBODY`.
-            is_free: [n] False where it was unpainted.
-            is_sure: [n] whether it is the same Gaussian: any other leaves sooner.
+            drifts: [n, 3] velocity of each.
+            own: [n] the previous stroke of each, or `NOBODY`.
+            is_free: [n] False where a Gaussian was unpainted.
+            is_sure: [n] whether the match is the same Gaussian: all others change strokes sooner.
         """
         strokes, open_ = self.strokes, self.strokes.open
         radii, centers = strokes.radii, strokes.centers
@@ -286,9 +286,9 @@ class Carrier(Members):
         return labels
 
     def _cover(self, matter: Matter, labels: Rows, is_free: Mask) -> None:
-        """Give what is unpainted to a stroke of its place and colour, if it is the lesser of the two.
+        """Give unpainted Gaussians to a stroke of their position and colour with at least their mass.
 
-        However large it is: where there is paint, none is missing.
+        Size and shape do not count: such a place is already painted.
         """
         rows = np.flatnonzero(labels == NOBODY)
         open_, strokes = self.strokes.open, self.strokes
@@ -303,18 +303,20 @@ class Carrier(Members):
     def _sleep(self, masses: F64, seconds: float) -> None:
         strokes = self.strokes
         is_alive = masses > ALIVE * strokes.masses
-        dies = strokes.lost >= SLEEP  # checked first: one moment without matter kills none, however long
+        dies = (
+            strokes.lost >= SLEEP
+        )  # before the update: one moment without matter, however long, never kills
         strokes.lost = np.where(is_alive & (strokes.lost < np.inf), 0.0, strokes.lost + seconds)
         strokes.lost[dies & (strokes.lost > 0)] = np.inf
 
     def _feed(self) -> None:
-        """Strokes that have lost all members get the nearest Gaussian, if it is like them: they stay.
+        """Give strokes that have lost all members the nearest similar Gaussian, which keeps them alive.
 
-        Where a surface is sampled anew in each moment, small strokes would else come and go.
+        Otherwise small strokes would flicker where each moment samples a surface anew.
         """
         from brushgs.passes.neighbours import nearest
 
-        strokes, counts = self.strokes, np.append(self.counts(), NUM_TASTED)  # the last: of nobody
+        strokes, counts = self.strokes, np.append(self.counts(), NUM_TASTED)  # last: NOBODY
         hungry = np.flatnonzero(strokes.alive & (counts[:-1] == 0))
         if len(hungry) == 0:
             return
@@ -325,7 +327,7 @@ class Carrier(Members):
         is_near = distances <= reach[:, None]
         for rank in range(found.shape[1]):
             left = np.flatnonzero(counts[hungry] == 0)
-            rows, first = np.unique(found[left, rank], return_index=True)  # one each
+            rows, first = np.unique(found[left, rank], return_index=True)  # one stroke per Gaussian
             left, donors = left[first], self.labels[rows]
             gets = is_near[left, rank] & (counts[donors] > 1)
             gets[gets] = _first_of(donors[gets])
@@ -334,9 +336,9 @@ class Carrier(Members):
             counts[hungry[left[gets]]] = 1
 
     def _bear(self, *, is_late: bool) -> None:
-        """Strokes where unpainted matter has gathered, as large and of as many Gaussians as usual.
+        """Add strokes of usual size and number of members where unpainted matter has gathered.
 
-        `is_late` says that the next moment is too far away to wait for.
+        `is_late`: moments are too far apart to wait for the next one.
         """
         matter, strokes = self.matter, self.strokes
         excess = matter.masses - TOLERATED * self.accepted
@@ -346,7 +348,7 @@ class Carrier(Members):
         if len(rows) == 0:
             return
         points, weights, radius = matter.points[rows], weights_of(excess[rows]), self.usual_radius()
-        # One in each cell: matter that fills a cube of a side evenly has half of it as radius.
+        # One per cell: matter that fills a cube evenly has half its side as radius.
         cells = np.floor(points[:, :3] / (2 * radius)).astype(np.int64)
         used, inverse = np.unique(cells, axis=0, return_inverse=True)
         centers = means_by_label(inverse.ravel(), weights, points, len(used))
@@ -378,23 +380,23 @@ class Carrier(Members):
         self.fit(self.born)
 
     def _merge(self) -> None:
-        """Merge strokes that have come to lie in one place: the one with less matter dies."""
+        """Merge strokes that have come to overlap: the one with less matter dies."""
         living, other, apart = self.neighbours(self.strokes.alive)
         radii = self.strokes.radii
         crowded = apart < CROWDED * (radii[living] + radii[other]) / 2
         self.join(living[crowded], other[crowded])
 
     def _spread_out(self) -> Rows:
-        """Strokes that have gained much matter and spread."""
+        """Rows of the strokes that have gained much matter and spread."""
         strokes = self.strokes
         gained = self.masses() > GAIN * strokes.masses
         usual = np.maximum(strokes.radii, self.usual_radius())
         return np.flatnonzero(gained & (self.radii() > SPREAD * usual))
 
     def _keep_number(self, stayed: Mask) -> None:
-        """Merge or cut strokes until there are as many as asked for, within `MORE`.
+        """Merge or cut strokes until their number is within `MORE` of the target.
 
-        What is asked of a cut is `stayed`, see `halve`.
+        For `stayed` see `halve`.
         """
         if self.target is None:
             return
@@ -425,12 +427,12 @@ class Carrier(Members):
 
 
 def _sizes_of(matter: Matter) -> F64:
-    """[n] sizes in the space of `Matter.points`: the uncertainty of the position of large Gaussians."""
+    """Sizes of Gaussians in the space of `Matter.points`, [n]: the uncertainty of their positions."""
     return np.asarray(np.linalg.norm(matter.points[:, 3:6], axis=1), np.float64)
 
 
 def _first_of(values: Rows) -> Mask:
-    """Whether each value is the first of its equals."""
+    """Whether each value is its first occurrence."""
     is_first = np.zeros(len(values), bool)
     is_first[np.unique(values, return_index=True)[1]] = True
     return is_first

@@ -1,4 +1,4 @@
-"""Strokes come and go over a stated time: a limit on how fast opacity changes."""
+"""Fade strokes in and out: limit how fast opacity changes."""
 
 import numpy as np
 
@@ -8,10 +8,10 @@ FADE = 0.25  # seconds in which a stroke appears or disappears
 
 
 def faded(opacities: F32, times: F64, fade: float = FADE) -> F32:
-    """Opacities that change by at most 1 in `fade` seconds and are nowhere below those given.
+    """The smallest opacities not below the given ones that change by at most 1 in `fade` seconds.
 
-    At each moment it is the largest of all (opacity at another moment - distance in time / fade). So what is
-    born comes over what it replaces, and what goes stays until it is covered: between the two no gap opens.
+    Each is the maximum over all moments of (opacity there - distance in time / fade). New strokes appear
+    before the ones they replace vanish, so no gap opens between them.
 
     Args:
         opacities: [T, m] of m strokes at T moments, >= 0.
@@ -22,7 +22,7 @@ def faded(opacities: F32, times: F64, fade: float = FADE) -> F32:
         return opacities
     falls = (np.diff(times) / fade).astype(np.float32)
     limited = opacities.copy()
-    # The distance along time adds up from step to step: one pass forwards and one back find the largest.
+    # Distances in time add up over steps: one forward and one backward pass find the maximum.
     for at in range(1, len(limited)):
         np.maximum(limited[at], limited[at - 1] - falls[at - 1], out=limited[at])
     for at in range(len(limited) - 2, -1, -1):

@@ -1,4 +1,4 @@
-"""A clip whose files hold the same Gaussians, each in another order -> the same with rows that correspond."""
+"""Reorder a clip whose files hold the same Gaussians in different orders, so that rows correspond."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -16,19 +16,19 @@ from brushgs.values.correspondence import between, unmoved
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 
-LEAST_FOUND = 0.95  # share of rows from moment to moment; where fewer are found again, rows are others
-FEW = 0.004  # share of rows that may be matched arbitrarily
-ALIKE = 0.3  # by how much less they differ in looks than others would: else they are not the same
-NUM_ROUNDS = 30  # in which rows that were not found take what is left
+LEAST_FOUND = 0.95  # minimum share of rows matched between moments
+FEW = 0.004  # share of unmatched rows that may be paired without a test of looks
+ALIKE = 0.3  # maximum ratio of their differences in looks to those from random rows
+NUM_ROUNDS = 30  # rounds in which unmatched rows are paired
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The result of finding the rows of a clip again.
+    """Result of reordering a clip.
 
     Attributes:
-        scene: the clip with rows that correspond; None where they could not be found in each moment.
-        shares: [s] of rows that were found in each step that was looked at, 0 to 1.
+        scene: the clip with rows that correspond; None if they could not be matched in every moment.
+        shares: [s] share of rows matched in each tested step, 0 to 1.
         why: the reason if `scene` is None, as a clause.
     """
 
@@ -38,17 +38,16 @@ class Found:
 
 
 def found_again(scene: MovingScene, moments: F64, advance: Callable[[], None] = lambda: None) -> Found:
-    """Find the rows of each moment of a clip again in the next, see `match`.
+    """Match the rows of each moment of a clip to those of the next, see `match`.
 
     Args:
         scene: a clip of moments whose rows do not correspond; two are in memory at once.
-        moments: [T] of its times, ascending; what lies outside of them shows the first or the last.
+        moments: [T] times of the clip, ascending; times outside are clamped to the first or last.
         advance: called after each moment.
 
     Returns:
-        The clip in the order of the first moment. Rows that were not found, at most 5 % of a moment, are
-        those that are left, the nearest first. Moments between two are mixtures of both; duration and notes
-        stay.
+        The clip in the order of the first moment. Unmatched rows, at most 5 % of a moment, are paired with
+        the remaining ones, nearest first. Times between moments are interpolated; duration and notes stay.
     """
     first = scene.at(float(moments[0]))
     if len(first) == 0:
@@ -84,9 +83,9 @@ def _looks(gaussians: Gaussians) -> Appearance:
 
 
 def _is_now(found: Match, before: Appearance, after: Appearance) -> Rows | None:
-    """[n] the row now of each Gaussian before, each once; None where many are not there.
+    """The row now of each Gaussian before, a permutation [n]; None if too many are missing.
 
-    Those that were not found take what is left, if that is more like them than others are.
+    Unmatched rows are paired with the remaining ones, if those are more similar than random rows.
     """
     is_now = np.full(len(before), -1)
     same = np.flatnonzero(found.is_same)
@@ -116,12 +115,12 @@ def _is_now(found: Match, before: Appearance, after: Appearance) -> Rows | None:
 
 @dataclass(frozen=True, eq=False)
 class FoundRows:
-    """Moments of a clip in one order of rows, and those between; the last two are kept.
+    """Samples a clip in one order of rows; keeps the last two moments.
 
     Attributes:
-        scene: the clip as it was.
+        scene: the original clip.
         moments: [T] seconds, ascending.
-        orders: [T, N] of each row of the first moment, its row at each.
+        orders: [T, N] the row at each moment of each row of the first moment.
     """
 
     scene: MovingScene
@@ -145,5 +144,5 @@ class FoundRows:
         return self._kept[index]
 
     def __getstate__(self) -> dict[str, Any]:
-        """State for pickle, since scenes cross processes: without the moments in memory."""
+        """State for pickle, without the moments in memory: scenes are sent between processes."""
         return vars(self) | {"_kept": {}}

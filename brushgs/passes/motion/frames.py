@@ -1,8 +1,8 @@
-"""Strokes over a clip whose rows do not correspond: each moment was trained or exported alone.
+"""Animate strokes over a clip whose rows do not correspond: each moment was trained or exported alone.
 
-Strokes are carried from moment to moment (`carry`) and move as the Gaussians do that they keep (`step`);
-steps add up to poses (`poses`). At last what trembles is steadied over time (`steady`), and strokes come and
-go over a stated time (`fade`).
+Strokes are carried from moment to moment (`carry`) and follow the Gaussians that they keep (`step`); steps
+accumulate to poses (`poses`). Finally poses are smoothed over time (`steady`), and strokes fade in and out
+(`fade`).
 """
 
 from collections.abc import Callable, Iterator
@@ -39,14 +39,14 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 from brushgs.values.quats import normalized, quat_products
 
-YOUTH = 0.35  # seconds in which a stroke that was born may still gain matter, and is then made anew
-GAINS = 1.15  # factor of the matter that makes it worth it
-# Noise over time: of the size of a stroke, radians, of the logarithms of size and of matter, RGB.
+YOUTH = 0.35  # seconds after birth in which a stroke that gains matter is rebuilt
+GAINS = 1.15  # factor of matter from which it is rebuilt
+# Noise over time: share of the stroke's size, radians, log size, log matter, RGB.
 NOISE_SHIFT, NOISE_TURN, NOISE_SIZE, NOISE_MASS, NOISE_COLOR = 0.1, 0.05, 0.05, 0.2, 0.02
-BRIDGED = 0.12  # seconds without matter that are not seen: some moments of a training miss what is there
-# How far a stroke may be from its reference and rest, in these units.
+BRIDGED = 0.12  # seconds; shorter gaps without matter are filled: some trained moments miss matter
+# Offsets from the reference below which a stroke counts as at rest, in the same units.
 SETTLED_SHIFT, SETTLED_TURN, SETTLED_SIZE, SETTLED_COLOR = 0.05, 0.05, 0.05, 0.02
-LIGHT_CHANGE = 0.15  # of the logarithm of the matter of a stroke: below it, as opaque as it was
+LIGHT_CHANGE = 0.15  # change of the log matter of a stroke below which its opacity stays
 
 
 def follow_frames(
@@ -59,23 +59,22 @@ def follow_frames(
     target: int | None = None,
     advance: Callable[[], None] = lambda: None,
 ) -> tuple[Gaussians, StrokeMotion, F64]:
-    """Carry strokes over a clip in which rows do not correspond.
+    """Animate strokes over a clip in which rows do not correspond.
 
     Args:
         scene: the clip; two of its moments are in memory at once.
-        times: [T] seconds, ascending, of the clip; at least one.
+        times: [T >= 1] seconds in the clip, ascending.
         strokes: k strokes of the first moment, with ids.
-        members: the Gaussians of the first moment that they were made of; ids are their rows.
-        labels: [n] of each the id of its stroke. Ids without a stroke are of those that were not worth
-            keeping: what they hold is followed, and not painted.
-        target: how many strokes there are to be at every moment, within 10 %, where there is matter for as
-            many; None for as many as it takes.
+        members: n Gaussians of the first moment from which they were made, with their rows as ids.
+        labels: [n] the id of the stroke of each member. Ids without a stroke belong to dropped strokes: their
+            members are followed, but not painted.
+        target: number of strokes at every moment, within 10 %, if there is enough matter; None for no limit.
         advance: called after each moment.
 
     Returns:
-        The strokes, and behind them those that are born later, at their reference moments, with ids from the
-        largest label on; how they move; and the share of the Gaussians of each step [T - 1] that were there
-        the moment before. Opacity is 0 outside the life of a stroke, but for its fades, which are at most as
+        The strokes, followed by those born later, at their reference moments, with ids above the largest
+        label; their motion; and for each step [T - 1] the share of its Gaussians that were matched in the
+        previous moment. Opacity is 0 outside the life of a stroke, except for its fades, which are at most as
         long as the shortest step of the clip.
 
     Raises:
@@ -108,13 +107,13 @@ class Moment:
     """All m strokes so far, at one moment.
 
     Attributes:
-        at: its number.
-        gaussians: of it, n.
-        labels: [n] the number of the stroke of each, or `NOBODY`.
+        at: index of the moment.
+        gaussians: its n Gaussians.
+        labels: [n] the stroke number of each, or `NOBODY`.
         masses: [m] painted area of each stroke.
         rows: [m, 12] see `Poses.rows`.
         origins: [m, 3] pivot of each at birth.
-        shares: of the Gaussians of each step so far, those that were there the moment before.
+        shares: for each step so far, the share of its Gaussians that were matched in the previous moment.
     """
 
     at: int
@@ -136,14 +135,14 @@ def carried(
     target: int | None = None,
     finest: float | None = None,
 ) -> Iterator[Moment]:
-    """The strokes at each moment.
+    """Yield the strokes at each moment.
 
     Args:
         scene: the clip.
         times: [T] seconds, ascending.
-        rows: [n] of the first moment, of the Gaussians with a stroke.
-        labels: [n] the strokes, 0 to m - 1.
-        is_painted: [m] the strokes of the first moment that are painted.
+        rows: [n] rows of the Gaussians with a stroke in the first moment.
+        labels: [n] their strokes, 0 to m - 1.
+        is_painted: [m] whether each stroke of the first moment is painted.
         target: see `follow_frames`.
         finest: of all moments, see `Gaussians`.
     """
@@ -151,7 +150,7 @@ def carried(
     poses, frame = Poses.none(), robust_frame(np.zeros((0, 3)))
     for at, time in enumerate(times):
         gaussians = replace(scene.at(float(time)), finest=finest)
-        if carrier is None or len(carrier.matter) == 0:  # the frame of the first moment that has any
+        if carrier is None or len(carrier.matter) == 0:  # fixed at the first moment that has Gaussians
             frame = robust_frame(gaussians.means)
         matter = Matter.of(gaussians, frame)
         if carrier is None:
@@ -181,7 +180,7 @@ def carried(
 
 
 class Born:
-    """Strokes that are made in the course of a clip, each at the moment when it has all its matter."""
+    """Strokes born during a clip, each built at the moment when it has gathered its matter."""
 
     def __init__(self, num_first: int) -> None:
         self.references = np.zeros(num_first, np.intp)  # [m] moments
@@ -189,10 +188,10 @@ class Born:
         self._masses = np.zeros(num_first)
         self._births = np.zeros(num_first)
         self._made: list[Gaussians] = []
-        self._rows = np.zeros((num_first, 2), np.intp)  # [m] where each is: which of `_made`, and its row
+        self._rows = np.zeros((num_first, 2), np.intp)  # [m] index into `_made`, and row there
 
     def add(self, moment: Moment, time: float) -> None:
-        """Make the strokes that were born at a moment, and those anew that are young and have gained."""
+        """Build the strokes born at a moment, and rebuild young strokes that have gained matter."""
         more = len(moment.masses) - len(self.references)
         self.references = np.append(self.references, np.full(more, moment.at))
         self._births = np.append(self._births, np.full(more, time))
@@ -214,9 +213,9 @@ class Born:
         self._made.append(made)
 
     def joined(self, strokes: Gaussians, painted: Rows, ids: Rows) -> tuple[Gaussians, Rows]:
-        """The first strokes, whose numbers are `painted` [k], and behind them those that were born.
+        """The first strokes, with the numbers `painted` [k], followed by those born later, and their numbers.
 
-        Their ids are those by number, `ids` [m]. Returns the strokes and their numbers.
+        `ids` [m] are the ids by stroke number.
         """
         everything = Gaussians.joined([strokes, *self._made])
         starts = len(strokes) + np.cumsum([0] + [len(made) for made in self._made])
@@ -237,13 +236,13 @@ def _motion(
     times: F64,
     fade: float,
 ) -> StrokeMotion:
-    """Poses since birth -> poses since the reference moments, steady and faded, of strokes that move.
+    """Convert poses since birth to smoothed, faded poses since the reference moments; moving strokes only.
 
     Args:
         table: [T, m, 12] see `Poses.rows`.
-        origins: [m, 3] where strokes were born.
+        origins: [m, 3] pivots at birth.
         painted: [k] the number of each stroke.
-        references: [m] moments.
+        references: [m] indices of the reference moments.
         strokes: k strokes at their reference moments.
         times: [T] seconds.
         fade: seconds, see `faded`.
@@ -268,9 +267,9 @@ def _motion(
 
 
 def _since_references(block: F32, references: Rows, strokes: Gaussians, times: F64) -> F64:
-    """Make numbers [T, k, 12] since birth steady, and those of poses since the reference moments, in place.
+    """Smooth pose rows since birth [T, k, 12] and make them relative to the reference moments, in place.
 
-    Returns how far the pivots had moved at their references [k, 3].
+    Returns the shifts of the pivots from birth to the reference moments, [k, 3].
     """
     num = np.arange(block.shape[1])
     masses = _bridged(block[..., OPACITY], times)
@@ -292,14 +291,14 @@ def _since_references(block: F32, references: Rows, strokes: Gaussians, times: F
     for moment in block:
         moment[:, TURN] = normalized(quat_products(moment[:, TURN], back))
     _settle(block, sizes)
-    # What grows paints more by that alone.
+    # Growth alone already adds painted area.
     masses = (masses * np.exp(-2 * block[..., SIZE])).astype(np.float32)
     block[..., OPACITY] = _opacities(masses, is_there, references, strokes, times)
     return at_reference[:, SHIFT].astype(np.float64)
 
 
 def _settle(block: F32, sizes: F64) -> None:
-    """Bring numbers that may be noise nearer to rest, in place: what rests but for noise rests."""
+    """Shrink poses within the noise towards rest, in place."""
     align_signs(block)
     halves = np.linalg.norm(block[..., TURN][..., 1:], axis=2)
     angles = 2 * np.arctan2(halves, block[..., TURN.start])
@@ -316,7 +315,7 @@ def _settle(block: F32, sizes: F64) -> None:
 
 
 def _shares(lengths: Array, noise: Array | float) -> Array:
-    """What is kept of differences: nothing below the noise, all but 1 % at ten times as much.
+    """Shares of differences to keep: 0 below the noise, 0.99 at ten times the noise.
 
     Source: James and Stein 1961, Estimation with quadratic loss (the positive part of their shrinkage).
     """
@@ -324,7 +323,7 @@ def _shares(lengths: Array, noise: Array | float) -> Array:
 
 
 def _bridged(masses: F32, times: F64) -> F32:
-    """Masses [T, k] without the short gaps: in them, the smaller of those before and after."""
+    """Masses [T, k] with short gaps filled by the smaller of the masses before and after."""
     masses = masses.copy()
     before, after = known_around(masses > 0)
     gaps, strokes = np.nonzero((masses == 0) & (before >= 0) & (after < len(masses)))
@@ -336,10 +335,10 @@ def _bridged(masses: F32, times: F64) -> F32:
 
 
 def _opacities(masses: F32, is_there: Mask, references: Rows, strokes: Gaussians, times: F64) -> F32:
-    """Factors of opacity [T, k] by what members paint.
+    """Factors of opacity [T, k] by the painted area of the members.
 
-    Of a ray that passes with 1 - opacity, twice the matter lets the square of it pass (Beer-Lambert): a
-    stroke that hides all still does with a little less.
+    Twice the matter squares the transmittance, 1 - opacity (Beer-Lambert): an opaque stroke stays opaque
+    with a little less matter.
     """
     logs = np.log(np.where(is_there, masses, 1.0))[..., None].astype(np.float32)
     logs = steadied(logs, times, np.full(masses.shape[1], NOISE_MASS), is_there, np.inf)[..., 0]

@@ -1,8 +1,8 @@
-"""How a scene, or parts of it, may have turned and moved between two moments: first guesses.
+"""First guesses of how a scene, or parts of it, moved between two moments.
 
-Gaussians that look alike in both moments are taken for one, wherever they are. Most such pairs may be wrong:
-motions are drawn from three pairs each, and those that most others agree with are kept (RANSAC), one after
-another for bodies that move apart. Where looks tell nothing, turns are tried.
+Gaussians that look alike in both moments are paired, wherever they are. Most pairs may be wrong: motions are
+fitted to three random pairs each, and the one with the most support is kept (RANSAC), repeatedly for bodies
+that move independently. Where looks are uninformative, a set of rotations is tried.
 Source: Fischler and Bolles 1981, Random sample consensus.
 """
 
@@ -13,27 +13,27 @@ from brushgs.passes.neighbours import nearest
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.quats import rotation_matrices, turn_forms
 
-NUM_PAIRS = 2000  # that are looked for
-CLEAREST = 0.6  # share of them that is kept: whose second best is much less like them
+NUM_PAIRS = 2000  # pairs that are formed
+CLEAREST = 0.6  # share of pairs kept, by the ratio of distances to the best and second-best match
 NUM_DRAWN = 400
 MOST_BODIES = 4
-# In radii of the scene: how exactly pairs agree with a motion, and what is of the same body.
+# In radii of the scene: scale of the score of a motion, and maximum error of a pair that agrees with it.
 EXACT, SAME = 0.02, 0.1
 LEAST_AGREEING = 0.03  # share of all pairs
-LEAST_GAIN = 3.0  # times the number of pairs that agree when partners are exchanged
-MOST_GROWTH = 2.5  # of a body, from moment to moment
+LEAST_GAIN = 3.0  # factor of the number of pairs that agree after partners are shuffled
+MOST_GROWTH = 2.5  # factor of size of a body between moments
 TURN_STEP = 15.0  # degrees, of the tried rotations
-NUM_TRIED, NUM_TARGETS = 600, 3600  # Gaussians that are turned, and among which the nearest are looked for
-LOOKS_WEIGHT = 0.125  # of looks, to a radius of the scene
-NUM_REFINED, NUM_ROUNDS = 3, 12  # of the best turns, and rounds of closest points (ICP)
-TRIMMED = 0.8  # share of the Gaussians that decide: the nearest
+NUM_TRIED, NUM_TARGETS = 600, 3600  # Gaussians rotated, and those among which neighbours are searched
+LOOKS_WEIGHT = 0.125  # of looks, relative to a radius of the scene
+NUM_REFINED, NUM_ROUNDS = 3, 12  # best rotations refined, and rounds of iterative closest points (ICP)
+TRIMMED = 0.8  # share of the Gaussians that count: the nearest
 
 
 Motion = tuple[F64, F64]  # a matrix [3, 3] and a shift [3]: y = A x + t, world units
 
 
 def guesses(before: Appearance, after: Appearance, rng: np.random.Generator) -> list[Motion]:
-    """Motions of bodies by pairs that look alike, the one that most agree with first; may be none."""
+    """Motions of bodies by pairs that look alike, in the order found; may be empty."""
     if min(len(before), len(after)) < 3:
         return []
     some = rng.permutation(len(before))[:NUM_PAIRS]
@@ -57,7 +57,7 @@ def guesses(before: Appearance, after: Appearance, rng: np.random.Generator) -> 
 
 
 def _agreed(x: F64, y: F64, rng: np.random.Generator) -> tuple[Motion | None, Mask]:
-    """The motion that most of some pairs [p, 3] agree with, and which do."""
+    """The motion with the most support among pairs [p, 3], and which of them agree with it [p]."""
     drawn = rng.integers(len(x), size=(NUM_DRAWN, 3))
     matrices, shifts = similarities(x[drawn], y[drawn])
     growths = np.cbrt(np.abs(np.linalg.det(matrices)))
@@ -65,7 +65,7 @@ def _agreed(x: F64, y: F64, rng: np.random.Generator) -> tuple[Motion | None, Ma
     if not sound.any():
         return None, np.zeros(len(x), bool)
     matrices, shifts = matrices[sound], shifts[sound]
-    judges = slice(NUM_DRAWN)  # pairs come in order of how clear they are
+    judges = slice(NUM_DRAWN)  # pairs are sorted, clearest first
     moved = np.einsum("hij,nj->hni", matrices, x[judges]) + shifts[:, None]
     squares = ((moved - y[judges]) ** 2).sum(axis=2)
     best = int((1 / (1 + squares / EXACT**2)).sum(axis=1).argmax())
@@ -81,7 +81,7 @@ def _agrees(motion: Motion, x: F64, y: F64) -> Mask:
 
 
 def turns_tried(before: Appearance, after: Appearance, rng: np.random.Generator) -> list[Motion]:
-    """Motions of the whole scene by turns about three axes: those that bring most to where it looks alike."""
+    """The best rotations of the whole scene about three axes, refined by ICP, best first."""
     some = rng.permutation(len(before))[:NUM_TRIED]
     others = rng.permutation(len(after))[:NUM_TARGETS]
     x = _normalized(before, before.means[some])
@@ -90,7 +90,7 @@ def turns_tried(before: Appearance, after: Appearance, rng: np.random.Generator)
     targets = np.concatenate([y, LOOKS_WEIGHT * after.looks[others]], axis=1)
 
     def away(motion: Motion) -> tuple[float, F64, F64]:
-        """Distances of all Gaussians to their nearest, the positions of these, and weights of the pairs."""
+        """Trimmed mean distance to the nearest Gaussians, their positions, and weights of the pairs."""
         moved = _moved(motion, x)
         distances, rows = among(np.concatenate([moved, looks], axis=1, dtype=np.float32), targets)
         last = np.quantile(distances, TRIMMED)
@@ -114,7 +114,7 @@ def turns_tried(before: Appearance, after: Appearance, rng: np.random.Generator)
 
 
 def similarities(x: F64, y: F64, weights: F64 | None = None) -> Motion:
-    """Rotations with growth [..., 3, 3] and shifts [..., 3] that bring points [..., p, 3] nearest to others.
+    """Least-squares similarities, matrices [..., 3, 3] and shifts [..., 3], between points [..., p, 3].
 
     Source: Horn 1987, Closed-form solution of absolute orientation using unit quaternions.
     """
@@ -133,7 +133,7 @@ def similarities(x: F64, y: F64, weights: F64 | None = None) -> Motion:
 
 
 def affine(x: F64, y: F64, weights: F64) -> Motion:
-    """The affine map that brings points [p, 3] nearest to others; rigid where they do not tell."""
+    """The least-squares affine map between points [p, 3], regularised towards a similarity."""
     shares = weights / weights.sum()
     mean_x, mean_y = shares @ x, shares @ y
     from_x, from_y = x - mean_x, y - mean_y

@@ -1,4 +1,4 @@
-"""Values known at some moments only: the nearest known moment to each moment."""
+"""Find the nearest moments at which values are known."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ def known_around(is_known: Mask) -> tuple[Rows, Rows]:
         is_known: [T, m] whether a column is known at a moment.
 
     Returns:
-        [T, m] the last known moment until each, -1 if there is none; and the first from each on, T if none.
+        [T, m] the last known moment up to each, -1 if none; and the first from each on, T if none.
     """
     num = len(is_known)
     at = np.arange(num)[:, None]
@@ -22,7 +22,7 @@ def known_around(is_known: Mask) -> tuple[Rows, Rows]:
 
 
 def nearest_known(is_known: Mask, times: F64) -> Rows:
-    """[T, m] the known moment nearest in time; of two equally near ones the earlier.
+    """The known moment nearest in time to each, [T, m]; of two equally near ones the earlier.
 
     Args:
         is_known: [T, m] see `known_around`; columns that are never known get -1.

@@ -1,12 +1,12 @@
-"""Gaussians of two moments in any order -> which are the same, and where each part of the scene went.
+"""Match the Gaussians of two moments, in any row order, and estimate the motion of the scene.
 
-First guesses (`guesses`) say roughly how bodies moved; each of some hundred nodes takes the one that suits
-what lies around it. Then pairs that look alike and lie near each other tell each node better, in rounds of
-ever smaller reach: a field of affine maps, as in embedded deformation. At last each Gaussian is looked for
-where the field brings it, and what is left where its neighbours went.
-Source: Besl and McKay 1992, A method for registration of 3-D shapes (rounds of closest points); Lowe 2004,
-Distinctive image features (a pair tells the more, the less like it the second best is); Sumner et al. 2007,
-Embedded deformation (nodes, and their mean by distance).
+First guesses (`guesses`) give rough motions of bodies; each of a few hundred nodes takes the one that best
+fits its surroundings. Pairs that look alike and lie near each other then refine the nodes in rounds of
+shrinking reach: a field of affine maps, as in embedded deformation. Finally each Gaussian is searched for
+where the field moves it, and unmatched ones where their neighbours went.
+Source: Besl and McKay 1992, A method for registration of 3-D shapes (iterative closest points); Lowe 2004,
+Distinctive image features (ratio to the second-best match); Sumner et al. 2007, Embedded deformation (nodes,
+blended by distance).
 """
 
 from dataclasses import dataclass, replace
@@ -21,24 +21,24 @@ from brushgs.passes.reduce.lloyd import start
 from brushgs.values.arrays import F64, Mask, Rows
 
 NUM_NODES = 300
-ROWS_A_NODE = 30  # at least
-NUM_BLENDED, NUM_FITTED, NUM_SMOOTHED = 4, 3, 9  # nodes that move a point; that a pair informs; around each
-NUM_SAMPLED, NUM_JUDGED = 5000, 1500  # Gaussians that tell the field, and that judge guesses
-COLOR_APART, MOTION_APART = 0.2, 4.0  # nodes are near in place, colour and last motion: weights, in radii
-# Lengths in spacings. Guesses are compared at a coarse unit; rounds go from a reach to `LEAST_REACH`.
+ROWS_A_NODE = 30  # minimum
+NUM_BLENDED, NUM_FITTED, NUM_SMOOTHED = 4, 3, 9  # nodes: of a point, of a pair, around a node
+NUM_SAMPLED, NUM_JUDGED = 5000, 1500  # Gaussians that fit the field, and that judge guesses
+COLOR_APART, MOTION_APART = 0.2, 4.0  # weights of colour and last motion in distances to nodes, in radii
+# Lengths in spacings. Guesses are compared at the unit `COARSE`; rounds shrink to `LEAST_REACH`.
 COARSE, FIRST_REACH, MOST_REACH, LEAST_REACH, SHRINK = 8.0, 12.0, 100.0, 1.5, 0.65
-MOST_AWAY = 2.0  # times as far as nine of ten pairs were apart: the next reach is no larger
-FAR = 1.5  # of a guess: what is farther from all is as far
-POOR = 1.1  # mean distance of the best guesses beyond which turns are tried
-GUESS_BIAS = 0.9  # of the best guess of all, and of rest: another must be clearly nearer
+MOST_AWAY = 2.0  # the next reach is at most `LEAST_REACH` plus this times the 90 % quantile of distances
+FAR = 1.5  # maximum distance that counts against a guess, in its units
+POOR = 1.1  # mean distance of the best guesses above which turns are tried
+GUESS_BIAS = 0.9  # factor of the costs of rest and of the best guess overall: others must be clearly better
 CLEAR_POWER = 4  # of 1 - (distance of a pair / that of the second best) squared
-NUM_TIGHT = 2  # rounds at the end, with weights of Cauchy, which make what agrees exact
-PRIOR, TIGHT_PRIOR = 0.02, 1e-3  # of a node: how far it stays what it was
-LOOKS_WEIGHT = 2.0  # of looks at the end, to one spacing
-REACH_LOOKS_WEIGHT = 3.0  # the same to a quarter of the largest reach, where the first reach is looked for
-NEAR = 2.0  # spacings from where it is expected: farther off is another
-NORMAL_COST, LOOKS_COST = 1.0, 0.75  # of how far a normal and looks are off, to one spacing
-NUM_SPREADS, NUM_SPREADING = 4, 6  # rounds in which pairs spread to what is left; neighbours that tell
+NUM_TIGHT = 2  # final rounds with squared Cauchy weights, which fit agreeing pairs exactly
+PRIOR, TIGHT_PRIOR = 0.02, 1e-3  # regularisation of a node towards its previous matrix
+LOOKS_WEIGHT = 2.0  # of looks in the final search, relative to one spacing
+REACH_LOOKS_WEIGHT = 3.0  # the same relative to a quarter of `MOST_REACH`, when choosing the first reach
+NEAR = 2.0  # spacings from the expected position; farther Gaussians are not the same
+NORMAL_COST, LOOKS_COST = 1.0, 0.75  # weights of differences of normals and looks, relative to one spacing
+NUM_SPREADS, NUM_SPREADING = 4, 6  # rounds of spreading pairs to unmatched Gaussians; neighbours tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +47,10 @@ class Match:
 
     Attributes:
         places: [n, 3] predicted positions now of the Gaussians before, world units.
-        was: [m] of each Gaussian now the row before that is most like it.
-        is_same: [m] whether the two are taken for one: each is most like the other, and near.
+        was: [m] for each Gaussian now, the most similar row before.
+        is_same: [m] whether the two match: mutual nearest neighbours, and near.
         steps: [m, 3] displacement of each Gaussian now, world units.
-        motion: of most of the scene; None where too few are the same.
+        motion: affine motion of the whole scene; None if too few match.
     """
 
     places: F64
@@ -61,17 +61,17 @@ class Match:
 
     @property
     def share(self) -> float:
-        """Share of the Gaussians now that are found."""
+        """Share of the Gaussians now that are matched."""
         return float(self.is_same.mean()) if len(self.is_same) else 0.0
 
 
 def match(before: Appearance, after: Appearance, last: Match | None = None) -> Match:
-    """Find the Gaussians of one moment again in another.
+    """Match the Gaussians of one moment to those of another.
 
     Args:
         before: n >= 1 Gaussians.
         after: m >= 1.
-        last: the match that led to `before`: the motion may go on; None if it is not known.
+        last: the match that led to `before`, whose motion may continue; None if unknown.
     """
     rng, after = np.random.default_rng(0), after.in_light_of(before)
     sample = before.order[np.sort(rng.permutation(len(before))[:NUM_SAMPLED])]
@@ -104,8 +104,8 @@ class _Flow:
         shares: [n, 4] their weights.
         centers: [K, 3] of the nodes, world units.
         neighbours: [K, 9] the nearest nodes of each node, itself first.
-        matrices: [K, 3, 3] and
-        shifts: [K, 3] world units.
+        matrices: [K, 3, 3] of the affine maps.
+        shifts: [K, 3] of the affine maps, world units.
     """
 
     before: Appearance
@@ -123,7 +123,7 @@ class _Flow:
         return np.asarray(np.einsum("nk,nki->ni", self.shares[rows], moved))
 
     def fitted(self, sample: Rows, y: F64, weights: F64, prior: float) -> "_Flow":
-        """The flow by where a sample [q] of the Gaussians is now [q, 3], near to what it was."""
+        """The flow fitted to later positions `y` [q, 3] of a sample [q], regularised towards this flow."""
         x, num, nodes = self.before.means[sample], len(self.centers), self.around[sample, :NUM_FITTED]
         labels, times = nodes.T.ravel(), nodes.shape[1]
         weights = np.tile(weights, times)
@@ -132,7 +132,7 @@ class _Flow:
             return means_by_label(labels, weights, np.tile(values, (times, 1)), num)
 
         mean_x, mean_y = means_of(x), means_of(y)
-        # From one place, not from the origin: squares of far places would have no digits left.
+        # Relative to the mean: squares of large coordinates would lose all digits.
         center_x, center_y = x.mean(axis=0), y.mean(axis=0)
         from_x, from_y, x_of_node, y_of_node = (
             x - center_x,
@@ -155,7 +155,7 @@ class _Flow:
         return replace(self, matrices=matrices, shifts=shifts)
 
     def smoothed(self) -> "_Flow":
-        """The flow with each node at the median of the motions that it and its neighbours predict for it."""
+        """The flow with each node set to the median of the motions of its neighbourhood at its centre."""
         moved = np.einsum("nkij,nj->nki", self.matrices[self.neighbours], self.centers)
         middle = np.median(moved + self.shifts[self.neighbours], axis=1)
         matrices = np.median(self.matrices[self.neighbours], axis=1)
@@ -166,7 +166,7 @@ class _Flow:
 def _first_flow(
     before: Appearance, after: Appearance, last: Match | None, sample: Rows, rng: np.random.Generator
 ) -> _Flow:
-    """Nodes, each with the guess that suits it best."""
+    """A flow in which each node has the guess that fits it best."""
     columns = [before.centered, COLOR_APART * before.looks[:, 3:]]
     if last is not None:
         columns.append(MOTION_APART * last.steps / before.frame[1])
@@ -186,14 +186,14 @@ def _first_flow(
     motions += [] if last is None or last.motion is None else [last.motion]
     motions += guesses(before, after, rng)
     tried = [(np.tile(matrix, (num, 1, 1)), np.tile(shift, (num, 1))) for matrix, shift in motions]
-    if last is not None:  # each on its own as it did
+    if last is not None:  # each node continues its own last motion
         tried.append((tried[0][0], means_by_label(labels, ones, last.steps[sample], num)))
     targets = after.keys(after.own_places, after.looks, COARSE)
     judges = sample[:: max(1, len(sample) // NUM_JUDGED)]
     of_judge = around[judges, 0]
 
     def away(maps: tuple[F64, F64]) -> F64:
-        """[q] distance of each judge to the Gaussian most like it."""
+        """Distance of each judge to the most similar Gaussian, at most `FAR`, [q]."""
         moved = np.einsum("nij,nj->ni", maps[0][of_judge], before.means[judges]) + maps[1][of_judge]
         keys = after.keys(after.places(moved), before.looks[judges], COARSE)
         return np.minimum(among(keys, targets)[0], FAR)
@@ -215,7 +215,7 @@ def _first_flow(
 
 
 def _fitted(flow: _Flow, after: Appearance, sample: Rows) -> _Flow:
-    """The flow by pairs, in rounds of ever smaller reach."""
+    """The flow fitted to pairs, in rounds of shrinking reach."""
     looks, weights = flow.before.looks[sample], flow.before.weights[sample]
     targets = after.own_places
     reach, num_tight = _first_reach(flow, after, sample), 0
@@ -242,7 +242,7 @@ def _agreement(away: F64) -> F64:
 
 
 def _first_reach(flow: _Flow, after: Appearance, sample: Rows) -> float:
-    """Spacings: as far as Gaussians may be from where the guesses bring them."""
+    """The first reach in spacings, from the distances that the guesses leave."""
     unit = MOST_REACH / 4
     theirs = after.keys(after.own_places, after.looks, unit, REACH_LOOKS_WEIGHT)
     places, looks = after.places(flow.places(sample)), flow.before.looks[sample]
@@ -253,7 +253,7 @@ def _first_reach(flow: _Flow, after: Appearance, sample: Rows) -> float:
 
 
 def _costs(flow: _Flow, after: Appearance, places: F64, was: Rows) -> F64:
-    """[m] by how much Gaussians now differ from what the flow makes of those before, in spacings."""
+    """Differences of Gaussians now from their moved matches before, [m], in spacings."""
     away = after.places(places[was]) - after.own_places
     before, inverses = flow.before.normals[was], np.linalg.pinv(flow.matrices)[flow.around[was, 0]]
     normals = np.einsum("mji,mj->mi", inverses, before)
@@ -268,7 +268,7 @@ def _costs(flow: _Flow, after: Appearance, places: F64, was: Rows) -> F64:
 def _spread(
     before: Appearance, after: Appearance, motion: Motion, places: F64, was: Rows, is_same: Mask
 ) -> None:
-    """Find more pairs, in place: what is left goes where one of its neighbours went, that which suits it."""
+    """Match more Gaussians, in place: unmatched ones try the motions of their matched neighbours."""
     for _ in range(NUM_SPREADS):
         is_left = np.ones(len(before), bool)
         is_left[was[is_same]] = False

@@ -8,21 +8,21 @@ from brushgs.passes.motion.matter import Matter, means_by_label, sums_by_label
 from brushgs.passes.reduce.split import cut
 from brushgs.values.arrays import F64, Mask, Rows
 
-NOBODY = -1  # the label of what is unpainted
+NOBODY = -1  # label of unpainted Gaussians
 STRAY = 2.0  # radii: distance from the centre at which a Gaussian has half its weight
-LEAST_RADIUS = 0.25  # of the usual one
-MASS_POWER = 0.375  # of masses as weights of centres, see `cluster.cluster_weights`
+LEAST_RADIUS = 0.25  # of the median radius
+MASS_POWER = 0.375  # exponent of masses in the weights of centres, see `cluster.cluster_weights`
 
 
 @dataclass(eq=False)
 class Strokes:
-    """All strokes so far, by number; columns grow.
+    """All strokes so far, by number; m grows.
 
     Attributes:
         centers: [m, 9] in the space of `Matter.points`.
-        radii: [m] > 0, the root of the mean squared distance of members to it; slowly adapting, as `masses`.
-        masses: [m] their usual painted area.
-        lost: [m] seconds since they had matter, 0 while they live; infinite for the dead.
+        radii: [m] > 0, RMS distance of the members to the centre, slowly adapting.
+        masses: [m] usual painted area, slowly adapting.
+        lost: [m] seconds without matter: 0 if alive, infinite if dead.
         drifts: [m, 3] velocity of their members, in the space of `Matter.points`, per second.
     """
 
@@ -37,7 +37,7 @@ class Strokes:
 
     @property
     def open(self) -> Rows:
-        """Strokes that can have matter."""
+        """Numbers of the strokes that are not dead."""
         return np.flatnonzero(self.lost < np.inf)
 
     @property
@@ -58,14 +58,14 @@ class Strokes:
 
 @dataclass(eq=False)
 class Members:
-    """Strokes, and their members at a moment.
+    """Strokes and their members at a moment.
 
     Attributes:
         strokes: all so far.
-        matter: of the moment, or of the last that had any.
-        labels: [n] the stroke of each Gaussian of it, or `NOBODY`.
-        is_painted: [m] whether a stroke counts among those that are asked for.
-        born: numbers of the strokes that were born in the moment.
+        matter: of the last moment that had any Gaussians.
+        labels: [n] the stroke of each of its Gaussians, or `NOBODY`.
+        is_painted: [m] whether a stroke is painted, and counts towards the target.
+        born: numbers of the strokes that were born at the moment.
     """
 
     strokes: Strokes
@@ -75,11 +75,11 @@ class Members:
     born: Rows = field(default_factory=lambda: np.arange(0), kw_only=True)
 
     def center(self, matter: Matter, labels: Rows) -> None:
-        """Move centres to the weighted mean of their members, strays counting less; empty strokes stay."""
+        """Move centres to the mean of their members, outliers downweighted; empty strokes stay."""
         rows = np.flatnonzero(labels >= 0)
         some, weights = labels[rows], weights_of(matter.masses)[rows]
         radii = self.strokes.radii[some]
-        if (radii > 0).all():  # not so while the first are made
+        if (radii > 0).all():  # radii are 0 while the first strokes are built
             away = matter.points[rows] - self.strokes.centers[some]
             weights = weights / (1 + np.einsum("nd,nd->n", away, away) / (STRAY * radii) ** 2)
         means = means_by_label(some, weights, matter.points[rows], len(self.strokes))
@@ -87,7 +87,7 @@ class Members:
         self.strokes.centers[has_members] = means[has_members]
 
     def radii(self) -> F64:
-        """[m] of each stroke at this moment; 0 without members."""
+        """Radius of each stroke at this moment, [m]; 0 without members."""
         rows = np.flatnonzero(self.labels >= 0)
         some, weights = self.labels[rows], weights_of(self.matter.masses)[rows]
         away = self.matter.points[rows] - self.strokes.centers[some]
@@ -95,28 +95,28 @@ class Members:
         return np.sqrt(means_by_label(some, weights, squares, len(self.strokes))[:, 0])
 
     def masses(self) -> F64:
-        """[m] painted area of each stroke at this moment."""
+        """Painted area of each stroke at this moment, [m]."""
         rows = np.flatnonzero(self.labels >= 0)
         return sums_by_label(self.labels[rows], self.matter.masses[rows], len(self.strokes))
 
     def counts(self) -> Rows:
-        """[m] number of members."""
+        """Number of members of each stroke, [m]."""
         return np.bincount(self.labels[self.labels >= 0], minlength=len(self.strokes))
 
     def usual_radius(self) -> float:
-        """The median radius of the strokes that live, or lived; where there is none, 1/40 of the scene's."""
+        """Median radius of the living strokes, else of all, else 1/40 of the scene radius."""
         for some in (self.strokes.radii[self.strokes.alive], self.strokes.radii):
             if (some > 0).any():
                 return float(np.median(some[some > 0]))
         return 1 / 40
 
     def fit(self, numbers: Rows) -> None:
-        """Set the radii of new strokes to those of their members."""
+        """Set the radii of new strokes from their members."""
         least = LEAST_RADIUS * self.usual_radius()
         self.strokes.radii[numbers] = np.maximum(self.radii()[numbers], least)
 
     def remember(self, share: float) -> None:
-        """Adapt the usual mass and radius of each stroke to those of this moment by a share."""
+        """Move the usual mass and radius of each stroke by a share towards those of this moment."""
         strokes, masses, radii = self.strokes, self.masses(), self.radii()
         some = radii[radii > 0]
         least = LEAST_RADIUS * (float(np.median(some)) if len(some) else self.usual_radius())
@@ -132,7 +132,7 @@ class Members:
         return numbers
 
     def neighbours(self, some: Mask) -> tuple[Rows, Rows, F64]:
-        """Strokes, the nearest other one of each, and its distance."""
+        """Numbers of the strokes in `some`, the nearest other one of each, and its distance."""
         from brushgs.passes.neighbours import nearest
 
         living, centers = np.flatnonzero(some), self.strokes.centers
@@ -144,14 +144,14 @@ class Members:
         return living, other, np.where(is_self, distances[:, 1], distances[:, 0])
 
     def join(self, some: Rows, into: Rows, most: int | None = None) -> None:
-        """Join pairs of strokes, at most `most`: the one with less matter dies, and the other gets it."""
+        """Merge up to `most` pairs of strokes: the one with less matter dies, the other gets its members."""
         strokes = self.strokes
         less = strokes.masses[some] < strokes.masses[into]
         less |= (strokes.masses[some] == strokes.masses[into]) & (some > into)
         dies, into = some[less], into[less]
         is_dying = np.zeros(len(strokes), bool)
         is_dying[dies] = True
-        keeps = ~is_dying[into]  # no chains in one moment
+        keeps = ~is_dying[into]  # no chains in one call
         dies, into = dies[keeps][:most], into[keeps][:most]
         if len(dies) == 0:
             return
@@ -165,12 +165,12 @@ class Members:
     def halve(self, chosen: Rows, stayed: Mask) -> None:
         """Cut strokes in two; one half of each is born.
 
-        The stroke keeps the half in which more of what `stayed` [n] is.
+        The stroke keeps the half with more mass of Gaussians in `stayed` [n].
         """
         if len(chosen) == 0:
             return
         strokes, masses = self.strokes, self.masses()
-        place = np.full(len(strokes) + 1, -1)  # the last: of nobody
+        place = np.full(len(strokes) + 1, -1)  # last: NOBODY
         place[chosen] = np.arange(len(chosen))
         some = np.flatnonzero(place[self.labels] >= 0)
         points, own = self.matter.points[some], place[self.labels[some]]
@@ -188,7 +188,7 @@ class Members:
 
 
 def weights_of(masses: F64) -> F64:
-    """Weights of centres, > 0, by masses."""
+    """Weights > 0 of Gaussians in centres, from their masses."""
     largest = float(masses.max(initial=0.0))
     if not largest > 0:
         return np.ones(len(masses))

@@ -1,4 +1,4 @@
-"""Where strokes are, moment after moment, from how they move in each step: poses add up and do not drift."""
+"""Accumulate the motion of strokes in each step to poses, corrected so that errors do not add up."""
 
 import tempfile
 from dataclasses import dataclass
@@ -11,35 +11,35 @@ from brushgs.rendering.motion import COLOR, IN_MEMORY, NUM_NUMBERS, OPACITY, SHI
 from brushgs.values.arrays import F32, F64, Mask, Rows
 from brushgs.values.quats import normalized, quat_products, rotation_matrices, turn_forms
 
-# Steps add up, and so do their errors: a stroke is drawn to where its members are. The share of the way in a
-# second, and how far the two may be apart before, of the size of the stroke, and of its logarithm. Members
-# that come and go move the mean, too: at 3 a second they are half of all jitter.
+# Errors of steps add up, so poses are pulled to the members: rate per second, dead zone in sizes of the
+# stroke, and dead zone of the log size. Members that come and go move the mean too: at a rate of 3 they
+# cause half of all jitter.
 DRAWN, DEAD_ZONE, DEAD_SIZE = 1.0, 0.3, 0.2
-# The same where few Gaussians are those of the moment before, as each samples the scene anew: then steps say
-# less, and means more. Measured on a still life of which each moment has another 60 to 80 %, jittered.
+# The same if few Gaussians match the previous moment, since each samples the scene anew: steps are then less
+# reliable, and means more. Measured on a still life, each moment a different, jittered 60 to 80 % of it.
 DRAWN_ANEW, DEAD_ZONE_ANEW, DEAD_SIZE_ANEW = 8.0, 0.1, 0.05
-MOST_KEPT, LEAST_KEPT = 0.9, 0.7  # shares between which one becomes the other
-# The same of turns, by the strokes around, and radians. Turns in steps of what rests add up to any direction,
-# and what turns more slowly than this, in radians a second, turns in steps hardly at all.
+MOST_KEPT, LEAST_KEPT = 0.9, 0.7  # matched shares between which the two are blended
+# For rotations, corrected by the surrounding strokes: rate per second, dead zone in radians. Rotations of
+# resting strokes add up to a random walk, so those slower than `QUIET_TURN`, in rad/s, are damped.
 DRAWN_TURN, DEAD_TURN, QUIET_TURN = 1.0, 0.1, 0.15
-QUIET_GROWTH = 0.5  # the same of growth, of its logarithm a second: what grows so slowly is drawn along
+QUIET_GROWTH = 0.5  # the same for growth, log size per second; slow growth is left to the correction
 NUM_AROUND = 8
-KEPT = 0.1  # the weight of the turn that steps add up to
+KEPT = 0.1  # weight of the accumulated rotation
 STRAY = 1.5  # sizes: distance at which a member has half its weight
 
 
 @dataclass(eq=False)
 class Poses:
-    """Poses of m strokes; columns grow.
+    """Poses of m strokes; m grows.
 
     Attributes:
-        origins: [m, 3] pivots at the moments they were born, world units.
+        origins: [m, 3] pivots at birth, world units.
         pivots: [m, 3] pivots now.
-        turns: [m, 4] quaternions, since they were born.
-        sizes: [m] logarithms of root mean squared distances of members to the pivot, world units.
-        colors: [m, 3] mean of the members.
-        around: [m, 8] the strokes that were nearest when each was born; itself where there were fewer.
-        offsets: [m, 8, 3] from its pivot to theirs, at that moment.
+        turns: [m, 4] rotations since birth, quaternions.
+        sizes: [m] logarithms of the RMS distance of the members to the pivot, world units.
+        colors: [m, 3] means of the members.
+        around: [m, 8] the nearest strokes at birth, padded with the stroke itself.
+        offsets: [m, 8, 3] from its pivot to theirs at birth.
     """
 
     origins: F64
@@ -60,7 +60,7 @@ class Poses:
         )
 
     def bear(self, matter: Matter, labels: Rows, num: int) -> None:
-        """Add strokes until there are `num`, where their members are; one without members at the origin."""
+        """Add strokes until there are `num`, at the means of their members; at the origin without members."""
         first = len(self.pivots)
         if num == first:
             return
@@ -87,15 +87,15 @@ class Poses:
         self.offsets = np.concatenate([self.offsets, self.pivots[others] - self.pivots[numbers, None]])
 
     def move(self, step: Step, matter: Matter, labels: Rows, usual: F64, seconds: float, kept: float) -> None:
-        """Advance by one step, corrected a little toward the members.
+        """Advance by one step, with a small correction towards the members.
 
         Args:
             step: motion of the strokes.
             matter: of the moment.
             labels: [n] the stroke of each Gaussian.
-            usual: [m] masses that strokes have at most times: a few members say little of a stroke.
+            usual: [m] usual masses of the strokes: with less present, the correction is weaker.
             seconds: since the last moment.
-            kept: share of the Gaussians that were of the same stroke there.
+            kept: share of the Gaussians that were in the same stroke at the last moment.
         """
         anew = min(max((MOST_KEPT - kept) / (MOST_KEPT - LEAST_KEPT), 0.0), 1.0)
         rate = DRAWN + anew * (DRAWN_ANEW - DRAWN)
@@ -123,9 +123,9 @@ class Poses:
         self._turn_back(masses > 0, -np.expm1(-DRAWN_TURN * seconds))
 
     def _turn_back(self, is_there: Mask, most: float) -> None:
-        """Go a share of the way to the turns since birth that the strokes around each say.
+        """Rotate strokes part of the way to the rotation since birth of their surrounding strokes.
 
-        Those count that go with it: by how far they are from where its turn would bring them.
+        These are weighted by how near they are to where the current rotation predicts them.
         """
         now = self.pivots[self.around] - self.pivots[:, None]
         expected = np.einsum("mij,mnj->mni", rotation_matrices(self.turns), self.offsets)
@@ -136,18 +136,18 @@ class Poses:
         rows = np.flatnonzero(is_there & (totals > 0))
         forms = np.einsum("mn,mni,mnj->mij", weights[rows], now[rows], self.offsets[rows])
         forms = turn_forms(forms / totals[rows, None, None])
-        # The turn that is there decides about what the others do not: two in a line, say.
+        # The current rotation decides what the others leave open, for example about a line.
         kept = self.turns[rows]
         forms += KEPT * kept[:, :, None] * kept[:, None, :]
         turns = np.linalg.eigh(forms)[1][:, :, -1]
         turns[np.einsum("mi,mi->m", turns, kept) < 0] *= -1
-        apart = 2 * np.linalg.norm(turns - kept, axis=1)  # chords: the angle, but for large ones
+        apart = 2 * np.linalg.norm(turns - kept, axis=1)  # chords, about the angle if small
         drawn = most * np.maximum(1 - DEAD_TURN / np.maximum(apart, 1e-30), 0)
         self.turns[rows] = normalized(kept + drawn[:, None] * (turns - kept))
 
     def rows(self, masses: F64) -> F32:
-        """[m, 12] as numbers of a `Pose`, but since birth, with masses in the place of opacity, and with the
-        size and the colour themselves.
+        """Rows of a `StrokeMotion` [m, 12], but since birth, with masses as opacity and with absolute size
+        and colour.
         """
         rows = np.empty((len(self.pivots), NUM_NUMBERS))
         rows[:, SHIFT] = self.pivots - self.origins
@@ -159,7 +159,7 @@ class Poses:
 
 
 def _quieted(turns: F64, seconds: float) -> F64:
-    """Turns [m, 4] in so many seconds, slow ones made less: noise turns nothing."""
+    """Rotations [m, 4] within `seconds`, slow ones damped as noise."""
     halves = np.linalg.norm(turns[:, 1:], axis=1)
     angles = 2 * np.arctan2(halves, turns[:, 0])
     noise = QUIET_TURN * seconds
@@ -169,7 +169,7 @@ def _quieted(turns: F64, seconds: float) -> F64:
 
 
 class Film:
-    """Rows of `Poses` of each moment, while the number of strokes grows: in memory, or in a file."""
+    """Stores the rows of `Poses` of each moment, whose number grows: in memory, or in a file if large."""
 
     def __init__(self) -> None:
         self._file = tempfile.SpooledTemporaryFile(max_size=IN_MEMORY)  # noqa: SIM115
@@ -187,7 +187,7 @@ class Film:
         self._counts.append(len(rows))
 
     def table(self) -> F32:
-        """[T, m, 12] all moments; strokes that were not born have mass 0. Called once, at the end."""
+        """All moments [T, m, 12]; mass is 0 before birth. Call once, at the end."""
         table = new_table(len(self._counts), max(self._counts, default=0))
         table[..., OPACITY] = 0
         self._file.seek(0)
@@ -202,16 +202,14 @@ def members_of(
 ) -> tuple[F64, F64, F64, F64]:
     """Masses [num], means [num, 3], log sizes [num] and mean colours [num, 3] of strokes by their members.
 
-    Where there are no members all are 0. In means strays count less than members `near` the poses: new things
-    at the border of a stroke draw it little.
+    All are 0 for a stroke without members. Members far from the poses `near` are downweighted, so that new
+    matter at the border of a stroke hardly pulls it.
     """
     rows = np.flatnonzero((labels >= 0) & (labels < num))
     some = labels[rows]
     weights = matter.masses[rows]
     masses = sums_by_label(some, weights, num)
-    weights = np.where(
-        masses[some] > 0, weights, 1.0
-    )  # points, or nothing that is opaque: each counts the same
+    weights = np.where(masses[some] > 0, weights, 1.0)  # without area or opacity: equal weights
     if near is not None:
         squares = ((matter.means[rows] - near.pivots[some]) ** 2).sum(axis=1)
         weights = weights / (1 + squares * np.exp(-2 * near.sizes[some]) / STRAY**2)

@@ -1,10 +1,9 @@
-"""Points before and after -> the rotation and the growth between them, of many bodies at once.
+"""Estimate rotations and growth of many bodies at once from points before and after.
 
-A body is made of members: points, each with a ball around it that turns as the member does. The rotation is
-the one that brings the mass of a body nearest to where it went: weighted Procrustes over the points, in which
-the balls add the mean of the members' own rotations (Markley) with the weight of their size. So the places of
-many members decide alone; a lone member, or a line of them, turns as they do; and a few small ones that
-jitter do not spin a body.
+A body consists of members: points, each with a ball that rotates with the member. The rotation is the
+weighted Procrustes fit of the points, to which the balls add the mean of the members' own rotations
+(Markley), weighted by size. So the positions decide if there are many members; a single member, or a line of
+them, gives its own rotation; and a few small jittering ones do not spin a body.
 Source: Horn 1987, Closed-form solution of absolute orientation using unit quaternions; Markley et al. 2007,
 Averaging quaternions.
 """
@@ -15,24 +14,24 @@ from scipy.sparse import csr_array
 from brushgs.values.arrays import F64, Array, Rows
 from brushgs.values.quats import rotation_matrices, turn_forms
 
-# Weights of the rotation a moment before. The first decides only what nothing else does. The other is for the
-# part of the spread that went together with nothing else: where members do not move as one, the rotation that
-# fits them best jumps, and need not be followed. Measured on cook_spinach at 2000 and 7000 strokes, rotations
+# Weights of the rotation at the previous moment. The first only breaks ties. The second is for the share of
+# the spread that no rotation explains: where members do not move as one, the best fit jumps, and need not be
+# followed. Measured on cook_spinach at 2000 and 7000 strokes, rotations
 # of more than 6 degrees in a step of 1/30 s: 1.2 and 1.9 % by the points alone, up to 180 degrees; 0.07 and
-# 0.05 % with the balls; 0.008 and 0.005 % with both, at the same likeness to the plain pictures.
+# 0.05 % with the balls; 0.008 and 0.005 % with both, equally near to the plain renders.
 LAST_TURN = 1e-6
-LOST_TURN, TURN_MEMORY = 70.0, 0.1  # at no time after it; seconds in which it falls to a third
-# Sizes are not below this share of the ratio of spreads, however little of where members went is one motion.
+LOST_TURN, TURN_MEMORY = 70.0, 0.1  # weight 0 s later; seconds in which it falls to 1/e
+# Minimum growth as a share of the ratio of spreads, if members do not move as one.
 LEAST_GROWTH = 0.5
 
 
 def sums_of(weights: F64, starts: Rows, values: Array) -> F64:
-    """Weighted sums [k, D] of the values [n, D] of each body, its members being from one start to the next.
+    """Weighted sums [k, D] of the values [n, D] of the members of each body.
 
     Args:
         weights: [n].
-        starts: [k + 1] rows, the last is n.
-        values: of members.
+        starts: [k + 1] first member of each body, then n.
+        values: [n, D] of members.
     """
     shape = len(starts) - 1, len(values)
     return np.asarray(csr_array((weights, np.arange(shape[1]), starts), shape) @ values)
@@ -52,18 +51,18 @@ def rigid_motions(
 
     Args:
         shares: [n] weights of members, sum 1 over each body; or all 0, which gives no motion.
-        starts: [k + 1] of the members of each body.
-        before: [n, 3] points of members from their weighted mean.
+        starts: [k + 1] first member of each body, then n.
+        before: [n, 3] offsets of members from their weighted mean.
         after: [n, 3] the same later.
-        variances: of their balls along each axis, before and after, [n] each; 0 for points.
-        turns: [n, 4] unit quaternions, how members turned themselves.
-        last_turns: [k, 4] unit quaternions that count where nothing else says how a body turned.
-        since: seconds since they were so; infinite if they say nothing of these moments.
+        variances: of the balls along each axis, before and after, [n] each; 0 for points.
+        turns: [n, 4] the members' own rotations, unit quaternions.
+        last_turns: [k, 4] previous rotations, unit quaternions, used for lack of other evidence.
+        since: seconds since `last_turns`; infinite if they are unrelated.
 
     Returns:
-        Unit quaternions [k, 4], and factors of lengths [k] > 0: those of Procrustes, by the part of the
-        spread that moved together. Members that drift apart do not enlarge a body: flat strokes of
-        cook_spinach come 0.1 to 0.2 dB nearer to the plain picture so than with the ratio of spreads.
+        Unit quaternions [k, 4], and scale factors [k] > 0 of the Procrustes fit. Members that drift apart do
+        not enlarge a body: flat strokes of cook_spinach are 0.1 to 0.2 dB nearer to the plain render than
+        with the ratio of spreads.
     """
     ball_before, ball_after = variances
     values = np.concatenate(
@@ -86,7 +85,7 @@ def rigid_motions(
     is_lone = np.diff(starts) == 1
     quats[is_lone] = turns[starts[:-1][is_lone]]
     many = np.flatnonzero(~is_lone)
-    # The mean of rotations by their balls: trace(R^T R_i) is 4 (q q_i)^2 - 1.
+    # Mean rotation weighted by ball size: trace(R^T R_i) is 4 (q q_i)^2 - 1.
     forms = (turn_forms(crossed[many]) + 4 * own[many]) / unit[many, None, None]
     last = quats[many]
     prior = last[:, :, None] * last[:, None, :]
@@ -102,5 +101,5 @@ def rigid_motions(
 
 
 def _largest(forms: F64) -> F64:
-    """Unit quaternions [k, 4] at which symmetric forms [k, 4, 4] are largest."""
+    """Unit quaternions [k, 4] that maximise quadratic forms [k, 4, 4]."""
     return np.linalg.eigh(forms)[1][:, :, -1]

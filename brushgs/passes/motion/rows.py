@@ -1,6 +1,6 @@
-"""A moving scene whose rows correspond, and strokes of it -> how the strokes move: each follows its members.
+"""Animate the strokes of a moving scene whose rows correspond: each follows its members.
 
-Nothing is matched or grouped anew: a member belongs to its stroke at all times.
+Nothing is matched or regrouped: a member belongs to its stroke at all times.
 """
 
 from collections.abc import Callable, Iterator
@@ -24,9 +24,9 @@ from brushgs.values.arrays import F32, F64, Array, Mask, Rows
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 
-NUMBERS_AT_A_TIME = 1 << 22  # of a table in memory while it is finished
-# A stroke rests where over the whole clip no part of it moves by this share of its second axis, which is the
-# shorter one that is seen, and no factor and no colour changes by more than `REST_CHANGE`.
+NUMBERS_AT_A_TIME = 1 << 22  # numbers of a table in memory while it is finished
+# A stroke rests if no part of it ever moves by more than this share of its second-longest axis, the visible
+# width, and no factor or colour changes by more than `REST_CHANGE`.
 REST_SHARE = 0.01
 REST_CHANGE = 0.01
 
@@ -41,19 +41,19 @@ def follow_rows(
 ) -> StrokeMotion:
     """The motion of strokes by that of their members, see `Bodies`.
 
-    Strokes come and go with their members, over `FADE` seconds at least; while a stroke is not there it waits
-    where it was last, or will be first, whichever is nearer in time.
+    Strokes appear and disappear with their members, fading over at least `FADE` seconds; an absent stroke has
+    the pose of the nearest time at which it is present.
 
     Args:
         scene: with rows that correspond.
-        times: [T] seconds, ascending, no two equal; at least one.
-        strokes: k strokes at their reference moments, with ids that differ.
-        members: n Gaussians at their reference moments, their ids the rows of the scene.
-        labels: [n] the id of the stroke that each is a member of; members of no stroke do not count.
+        times: [T >= 1] seconds, strictly ascending.
+        strokes: k strokes at their reference moments, with unique ids.
+        members: n Gaussians at their reference moments, with rows of the scene as ids.
+        labels: [n] the id of the stroke of each member; members of no stroke are ignored.
         advance: called after each moment.
 
     Returns:
-        How strokes move; those that rest, and those without members, are not in it.
+        The motion of strokes, without those that rest or have no members.
 
     Raises:
         ValueError: if rows do not correspond.
@@ -93,7 +93,7 @@ def follow_rows(
 
 
 def _finish(table: F32, times: F64, strokes: Gaussians) -> Mask:
-    """Make poses continuous in time, in place; the mask of strokes that move."""
+    """Make poses continuous in time, in place, and return the mask of strokes that move."""
     moves = np.empty(len(strokes), bool)
     for some in blocks(table):
         block = np.array(table[:, some])
@@ -103,7 +103,7 @@ def _finish(table: F32, times: F64, strokes: Gaussians) -> Mask:
 
 
 def blocks(table: F32) -> Iterator[slice]:
-    """The strokes of a table, in blocks that fit in memory."""
+    """Slices of the strokes of a table, in blocks that fit in memory."""
     num_times, num_strokes, width = table.shape
     at_a_time = max(1, NUMBERS_AT_A_TIME // (num_times * width))
     for first in range(0, num_strokes, at_a_time):
@@ -111,7 +111,7 @@ def blocks(table: F32) -> Iterator[slice]:
 
 
 def finish(block: F32, times: F64, strokes: Gaussians, fade: float = FADE) -> Mask:
-    """Make the poses of some strokes continuous in time, in place: held, aligned and faded in `fade` s.
+    """Make poses continuous in time, in place: held while absent, aligned in sign, faded over `fade` s.
 
     Returns the mask of the strokes that move.
     """
@@ -124,9 +124,9 @@ def finish(block: F32, times: F64, strokes: Gaussians, fade: float = FADE) -> Ma
 
 
 def hold_poses(table: F32, times: F64) -> None:
-    """Give strokes at moments when their opacity is 0 the pose of the nearest at which it is not, in place.
+    """Give strokes with opacity 0 their pose at the nearest time with opacity above 0, in place.
 
-    Of two that are equally near it is the earlier; a stroke that is never there keeps its poses.
+    Of two equally near times it is the earlier; a stroke that is always invisible keeps its poses.
     """
     is_there = table[..., OPACITY] > 0
     waits = np.flatnonzero(~is_there.all(axis=0) & is_there.any(axis=0))
@@ -137,7 +137,7 @@ def hold_poses(table: F32, times: F64) -> None:
 
 
 def align_signs(table: F32) -> None:
-    """Bring rotations of consecutive moments into one half of the sphere, in place, from w >= 0 on."""
+    """Flip signs of quaternions so that consecutive ones lie in one hemisphere, in place, from w >= 0 on."""
     turns = table[..., TURN]
     first = np.where(turns[:1, :, 0] < 0, -1, 1)
     steps = np.where(np.einsum("tmi,tmi->tm", turns[1:], turns[:-1]) < 0, -1, 1)
@@ -145,7 +145,7 @@ def align_signs(table: F32) -> None:
 
 
 def _moves(table: F32, scales: Array) -> Mask:
-    """[m] whether strokes move anywhere in a table [T, m, 12]."""
+    """Whether strokes move at any time of a table [T, m, 12], [m]."""
     ascending = np.sort(scales.astype(np.float64), axis=1)
     turn = 2 * np.linalg.norm(table[..., TURN][..., 1:], axis=2)  # chord of a rotation, in radii
     shift = np.linalg.norm(table[..., SHIFT], axis=2) + turn * ascending[:, 2]

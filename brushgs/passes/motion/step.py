@@ -1,8 +1,9 @@
-"""Gaussians of two consecutive moments that are taken for one -> how strokes moved between them.
+"""Estimate how strokes moved between two consecutive moments from matched Gaussians.
 
-A stroke moves as the pairs of its members do, not as their mean: members that come, go or were not trained in
-one of the moments shift a mean, but move nothing. It turns as its members and the strokes around it do that
-move with it, as one body; never as the principal axes of its members, which wobble.
+A stroke moves with the matched pairs of its members, not with the mean of all: members that come, go or were
+not trained in one of the moments shift a mean, but do not move the stroke. Its rotation is that of its
+members and of the surrounding strokes that move with it as one body; never that of the principal axes of its
+members, which wobble.
 Source: Horn 1987, Closed-form solution of absolute orientation using unit quaternions.
 """
 
@@ -16,11 +17,11 @@ from brushgs.values.arrays import F64, Mask, Rows
 from brushgs.values.quats import rotation_matrices, turn_forms
 
 NUM_NEIGHBOURS = 8
-NUM_ROUNDS = 3  # of weighing pairs and neighbours by how well they agree
-STRAY = 0.5  # of the size of a stroke: pairs that move so much otherwise than the others count half
+NUM_ROUNDS = 3  # of reweighting pairs and neighbours by agreement
+STRAY = 0.5  # sizes of a stroke: deviation from the other pairs at which a pair has half its weight
 APART = 0.1  # the same for neighbours, as a share of their distance
-PRIOR = 0.02  # weight of no rotation, which decides if members and neighbours give no evidence
-MOST_GROWTH = 0.4  # of the logarithm of the size in a step: more is other members, not growth
+PRIOR = 0.02  # weight of no rotation, for lack of other evidence
+MOST_GROWTH = 0.4  # maximum change of log size in a step: more means other members, not growth
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,9 +30,9 @@ class Step:
 
     Attributes:
         pivots: [m, 3] positions of the pivots now, world units.
-        turns: [m, 4] quaternions.
+        turns: [m, 4] rotations, quaternions.
         growths: [m] logarithms of the factors of size.
-        colors: [m, 3] changes of colour.
+        colors: [m, 3] changes of colour, RGB.
     """
 
     pivots: F64
@@ -41,9 +42,9 @@ class Step:
 
 
 def step_of(before: Matter, after: Matter, pairs: Pairs, labels: Rows, pivots: F64, is_open: Mask) -> Step:
-    """The motion of strokes by the pairs of their members.
+    """The motion of strokes from the pairs of their members.
 
-    Strokes without pairs move with the nearest that have some; without any, nothing moves.
+    Strokes without pairs move with the nearest stroke that has some; without any pairs, nothing moves.
 
     Args:
         before: the matter of the last moment.
@@ -51,7 +52,7 @@ def step_of(before: Matter, after: Matter, pairs: Pairs, labels: Rows, pivots: F
         pairs: rows of both.
         labels: [p] the stroke of each pair.
         pivots: [m, 3] of all strokes before, world units.
-        is_open: [m] the strokes that are asked for; the others rest.
+        is_open: [m] the strokes to move; the others rest.
     """
     num = len(pivots)
     at_rest = np.tile(np.array([1.0, 0, 0, 0]), (num, 1))
@@ -78,8 +79,8 @@ def step_of(before: Matter, after: Matter, pairs: Pairs, labels: Rows, pivots: F
     known = np.flatnonzero(is_known)
     turns = at_rest
     turns[known] = _turns(mean_x[known], mean_y[known], covars[known], size_x[known])
-    # The ratio of the two spreads, as far as they go together: members that scatter are no growth. By what
-    # places before would have to grow is too small where they tremble, and adds up to nothing that is left.
+    # The ratio of the two spreads, times their squared correlation: scattering members are no growth. The
+    # regression of places after on those before would shrink with noise, and strokes would vanish over time.
     squares_y = means_by_label(labels, agreeing, ((from_y**2).sum(axis=1) + spread_y)[:, None], num)[:, 0]
     turned = np.einsum("pij,pj->pi", rotation_matrices(turns)[labels], from_x)
     alike = np.einsum("pi,pi->p", turned, from_y) + np.sqrt(spread_x * spread_y)
@@ -96,10 +97,10 @@ def step_of(before: Matter, after: Matter, pairs: Pairs, labels: Rows, pivots: F
 
 
 def _own(before: Matter, after: Matter, pairs: Pairs) -> F64:
-    """[p, 3, 3] sums of y x^T within pairs: of each axis x and what it is now, y.
+    """Sums of y x^T over the axes of each pair, x before and y after, [p, 3, 3].
 
-    Axes are paired by rank, and count by how far they agree: in a ball or a disc rank and sign are chance,
-    and in Gaussians trained alone so is the quaternion.
+    Axes are paired by rank and weighted by agreement: in a ball or a disc rank and sign are arbitrary, and
+    so is the quaternion in Gaussians trained independently.
     """
     x, y = before.axes[pairs.before], after.axes[pairs.after]
     lengths = np.linalg.norm(x, axis=1) * np.linalg.norm(y, axis=1)
@@ -108,7 +109,7 @@ def _own(before: Matter, after: Matter, pairs: Pairs) -> F64:
 
 
 def _nearest_known(pivots: F64, means: F64, known: Rows, is_open: Mask) -> Rows:
-    """[m] of each stroke the one with pairs that it moves with: itself, or the nearest."""
+    """The stroke with pairs that each stroke moves with, [m]: itself, or the nearest."""
     from brushgs.passes.neighbours import nearest
 
     of = np.arange(len(pivots))
@@ -122,11 +123,11 @@ def _nearest_known(pivots: F64, means: F64, known: Rows, is_open: Mask) -> Rows:
 
 
 def _turns(x: F64, y: F64, covars: F64, sizes: F64) -> F64:
-    """[k, 4] rotations of strokes by their members and by the strokes around them that move with them.
+    """Rotations [k, 4] of strokes from their members and the surrounding strokes that move with them.
 
     Args:
         x: [k, 3] means of members before.
-        y: [k, 3] and after.
+        y: [k, 3] means of members after.
         covars: [k, 3, 3] sums of y x^T of members from these means.
         sizes: [k] mean squared distances of members from these means.
     """
@@ -136,7 +137,7 @@ def _turns(x: F64, y: F64, covars: F64, sizes: F64) -> F64:
     others = nearest(x, x, count)[1]
     to_x, to_y = x[others] - x[:, None], y[others] - y[:, None]
     expected = to_x
-    # What is larger than the distance to it, such as a long thin one, must not turn the smaller ones near it.
+    # A neighbour larger than its distance, such as a long thin one, must not turn smaller strokes.
     apart = np.einsum("kni,kni->kn", to_x, to_x)
     shares = np.minimum(1.0, apart / np.maximum(sizes[others], 1e-300))
     shares[others == np.arange(len(x))[:, None]] = 1.0
