@@ -1,1 +1,1 @@
-"""What is painted over a picture of a scene becomes marks in space, and marks become strokes."""
+"""Turn paint over a picture of a scene into marks in space, and marks into strokes."""

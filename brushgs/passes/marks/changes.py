@@ -1,4 +1,4 @@
-"""Changes by a paint-over to the strokes of the scene: some are cut, some are turned."""
+"""Apply erased areas and combs of a paint-over to strokes: some are cut, some are turned."""
 
 from dataclasses import replace
 
@@ -11,17 +11,17 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import Combs, Erased
 from brushgs.values.quats import quat_products, quats_of, rotation_matrices
 
-REACH = 3.0  # standard deviations to which the paint of a stroke reaches
-TOLERANCE = 2.0  # of the thickness of what is erased, by which paint before a disc may be of its surface
+REACH = 3.0  # radius of the paint of a stroke in standard deviations
+TOLERANCE = 2.0  # paint up to this times the thickness of the erased surface in front of a disc belongs to it
 
 
 def cut_of(strokes: Gaussians, erased: Erased) -> Cut | None:
     """The erased part of strokes; None if none of them lies on the erased surface.
 
-    A stroke lies on it if its middle is no further above or below a disc than the radius and its own size.
+    A stroke lies on it if its centre is no farther above or below a disc than the radius plus its own size.
 
     Args:
-        strokes: N strokes, where they were when it was erased.
+        strokes: N strokes, at the moment of the erasure.
         erased: discs.
     """
     scales = np.sort(strokes.scales.astype(np.float64), axis=1)
@@ -50,11 +50,11 @@ def cut_of(strokes: Gaussians, erased: Erased) -> Cut | None:
 
 
 def combed(strokes: Gaussians, combs: Combs) -> Gaussians:
-    """Strokes turned about their shortest axis, so that the longest one runs along the combs around them."""
+    """Strokes turned about their shortest axis, so that the longest one follows the combs around them."""
     axes, order = rotation_matrices(strokes.quats), np.argsort(-strokes.scales, axis=1)
     rows = np.arange(len(strokes))
     along, across, normal = (axes[rows, :, order[:, axis]] for axis in range(3))
-    pairs = np.zeros((len(strokes), 2))  # of the angle, doubled: a direction has no sign
+    pairs = np.zeros((len(strokes), 2))  # cosine and sine of the doubled angle: directions are unsigned
     weights = np.zeros(len(strokes))
     tree = cKDTree(strokes.means)
     columns = zip(combs.means, combs.radii, combs.directions, combs.strengths, strict=True)
@@ -71,7 +71,7 @@ def combed(strokes: Gaussians, combs: Combs) -> Gaussians:
 
 
 def turned(strokes: Gaussians, axes: F64, angles: F64) -> Gaussians:
-    """Strokes turned about unit axes [N, 3] by angles [N] in radians, right-handed; 0 leaves one as it is."""
+    """Strokes turned about unit axes [N, 3] by angles [N] in radians, right-handed; 0 changes nothing."""
     turns = np.concatenate([np.cos(angles / 2)[:, None], np.sin(angles / 2)[:, None] * axes], axis=1)
     quats = strokes.quats.astype(np.float64)
     quats /= np.linalg.norm(quats, axis=1, keepdims=True)

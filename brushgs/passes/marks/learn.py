@@ -1,9 +1,9 @@
-"""Marks, and the strokes below them -> what painting over changed, continued in strokes that are like those.
+"""Learn the changes by marks to the strokes below them, and apply them to similar strokes.
 
-    painted strokes -> their features -> ridge regression of what changed -> strokes with like features
+    painted strokes -> features -> ridge regression of the changes -> strokes with similar features
 
-The features are those that styles of edits have, and the regression is one in the same bumps, with a bump on
-each painted stroke. What is learnt counts as far as a stroke is like painted ones, and nowhere else.
+Features and kernel (bumps) are those of edit styles, with one bump per painted stroke. Learnt changes are
+weighted by the similarity of a stroke to painted ones.
 """
 
 from dataclasses import dataclass, replace
@@ -25,7 +25,7 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import NO_TILE, Marks
 from brushgs.values.sh import base_colors, shift_base_colors
 
-# Feature -> by how much strokes differ that are painted differently.
+# Feature -> difference from which strokes may be painted differently.
 WIDTHS = {
     "lightness": 0.15,
     "green_red": 0.08,
@@ -35,38 +35,38 @@ WIDTHS = {
     "height": 0.3,
     "distance": 0.4,
 }
-BUMP = 1.5  # width of the bumps of the regression, of those widths
-# Shares of paint on strokes like one from which a change counts fully, and not at all, of the usual share on
-# painted strokes: what a mark touches beside what it is meant for is a small share of its kind.
+BUMP = 1.5  # width of the bumps of the regression, in units of `WIDTHS`
+# Shares of paint on similar strokes at which a change has weight 1 and 0, relative to the median share on
+# painted strokes: strokes that a mark touches by accident are a small share of their kind.
 LIKE, UNLIKE = 0.3, 0.1
-NEAR = 8  # painted strokes that must be near: fully as near as most painted ones have so many others
+NEAR = 8  # painted strokes that must be near; see `reach`
 MOST, NEXT, FAR = (
     0.75,
     0.8,
     1.75,
-)  # of them, least such distance in widths, and times it where it is not at all
-AGREED = 0.4  # length of a pair from which a direction counts fully; shorter ones are means of several
-EDGE_ON = 0.1  # weight of a direction within a plane below which it stands on the plane
+)  # quantile of the distances, minimum reach in widths, and factor of the reach at which the weight is 0
+AGREED = 0.4  # length of a pair from which a direction has weight 1; shorter ones are means of different ones
+EDGE_ON = 0.1  # minimum weight of a direction within a plane; below it the direction is normal to it
 RIDGES = (0.01, 0.1, 1.0, 10.0)
-MOST_ROWS = 1000  # painted strokes that are learnt from
+MOST_ROWS = 1000  # maximum number of painted strokes for learning
 PAINT = 0.5  # alpha from which a texel counts in the extent of a mark
 FAINT = 0.02  # share of paint below which a stroke counts as bare
-SMALLEST, LARGEST = np.log(0.7), np.log(2.0)  # changes of sizes: strokes go on covering the scene
-SIZES = 0.3  # a log size counts like so much of a direction
-ELONGATED = 0.05  # least weight with which a mark says a direction and a size
+SMALLEST, LARGEST = np.log(0.7), np.log(2.0)  # changes of log size, so that strokes keep covering
+SIZES = 0.3  # weight of a log size relative to a direction
+ELONGATED = 0.05  # minimum share of weights with a direction and a size for these to be learnt
 
 
 @dataclass(frozen=True, eq=False)
 class Covered:
-    """Changes by marks to n strokes that they cover.
+    """Changes by marks to the n strokes that they cover.
 
     Attributes:
         rows: [n] of the strokes.
-        paint: [n] share of each that is covered, 0 to 1.
-        colors: [n, 3] of stroke and paint together, RGB.
-        tensors: [n, 3, 3] directions of the paint, weighted.
-        log_sizes: [n] logarithms of widths of marks over those of the strokes.
-        says: [n] weights of directions and sizes: round marks have neither.
+        paint: [n] covered share of each, 0 to 1.
+        colors: [n, 3] RGB of the strokes with the paint over them.
+        tensors: [n, 3, 3] weighted sums of outer products of directions of the marks.
+        log_sizes: [n] logarithms of the widths of marks relative to those of the strokes.
+        says: [n] weights of directions and sizes: 0 for round marks.
     """
 
     rows: Rows
@@ -78,7 +78,7 @@ class Covered:
 
 
 def covered(strokes: Gaussians, marks: Marks) -> Covered:
-    """Find what marks cover: strokes whose middles lie below a mark, of a thin one the nearest stroke.
+    """Find the strokes whose centres lie below a mark; for a mark over no centre, the nearest stroke.
 
     Args:
         strokes: of the scene.
@@ -107,7 +107,7 @@ def covered(strokes: Gaussians, marks: Marks) -> Covered:
 
 
 def _extent(marks: Marks, mark: int) -> tuple[float, float]:
-    """Length and width of the paint of a mark, without the room around it in its tile."""
+    """Length and width of the paint of a mark, without the empty margin of its tile."""
     length, width = float(marks.lengths[mark]), float(marks.widths[mark])
     if marks.tiles[mark] == NO_TILE:
         return length, width
@@ -146,12 +146,13 @@ class Continuation:
     """Changes learnt from n painted strokes.
 
     Attributes:
-        first_view: of the scene: features depend on how it stands.
-        places: [n, F] features of the painted strokes, over their widths.
-        painted: places of strokes with paint [p, F], and of how many strokes each stands for [p].
-        all: the same of all strokes.
-        colors: of the steps in OKLab [3].
-        shapes: of log sizes and directions [1 + D]: pairs to the long axes of strokes, or tensors in space.
+        first_view: of the scene, for the features.
+        places: [n, F] features of the painted strokes, divided by `WIDTHS`.
+        painted: features of strokes with paint [p, F], and the number of strokes that each represents [p].
+        all: the same for all strokes.
+        colors: regression of changes in OKLab [3].
+        shapes: regression of log sizes and directions [1 + D]: pairs relative to the long axes of strokes, or
+            tensors in space; None if no direction was learnt.
         in_space: whether directions are tensors.
     """
 
@@ -164,8 +165,8 @@ class Continuation:
     in_space: bool
 
     def __call__(self, strokes: Gaussians) -> tuple[Gaussians, int]:
-        """Strokes, painted as far as they are like painted ones, and the number of changed ones."""
-        found = np.zeros((len(strokes), 6))  # steps of colours, of the log size, and a pair, times likeness
+        """The strokes, changed by their similarity to painted ones, and the number of changed ones."""
+        found = np.zeros((len(strokes), 6))  # changes of colour and log size, and a pair, times the likeness
         places, planes = _places(strokes, self.first_view), _planes(strokes, self.first_view)
         for first in range(0, len(strokes), ROWS_AT_A_TIME):
             some = slice(first, first + ROWS_AT_A_TIME)
@@ -182,7 +183,7 @@ class Continuation:
         if not changed.any():
             return strokes, 0
         pairs = found[:, 4:]
-        own = 1 - np.hypot(*pairs.T)  # what is learnt of a direction counts as far as it agrees
+        own = 1 - np.hypot(*pairs.T)  # own direction, weighted by what the learnt one leaves
         angles = np.where(pairs.any(axis=1), 0.5 * np.arctan2(pairs[:, 1], own + pairs[:, 0]), 0.0)
         rgb = base_colors(strokes.sh)
         steps = np.clip(rgb_of_oklab(oklab_of(rgb) + found[:, :3]), 0, 1) - rgb
@@ -193,33 +194,33 @@ class Continuation:
 
     @cached_property
     def reach(self) -> float:
-        """Distance within which most painted strokes have enough others."""
+        """Distance within which most painted strokes have `NEAR` others, at least `NEXT`."""
         return max(float(np.quantile(self._away(self.painted[0], 1), MOST)), NEXT)
 
     def _away(self, places: F64, num_own: int) -> F64:
-        """[m] distance to the last of enough painted strokes, of which so many are these themselves."""
+        """Distance to the `NEAR`-th painted stroke [m], after skipping `num_own` (the stroke itself)."""
         near = cKDTree(self.painted[0])
         return np.asarray(near.query(places, k=[min(NEAR + num_own, near.n)])[0][:, 0])
 
     @cached_property
     def usual(self) -> float:
-        """The median share of paint on strokes like painted ones."""
+        """Median share of paint on strokes similar to painted ones."""
         return max(float(np.median(self._shares(self.places))), 1e-12)
 
     def _shares(self, places: F64) -> F64:
-        """[m] share of paint on strokes like these."""
+        """Share of paint on strokes similar to these, [m]."""
         painted, total = (bumps(own, 1.0, places) @ counts for own, counts in (self.painted, self.all))
         return np.asarray(painted / np.maximum(total, painted + 1e-12))
 
     def _likeness(self, places: F64) -> F64:
-        """[m] similarity of strokes to painted ones, 0 to 1."""
+        """Similarity of strokes to painted ones, 0 to 1, [m]."""
         share = self._shares(places) / self.usual
         reached = 1 - smoothstep((self._away(places, 0) / self.reach - 1) / (FAR - 1))
         return np.asarray(reached * smoothstep((share - UNLIKE) / (LIKE - UNLIKE)))
 
 
 def learn(strokes: Gaussians, marks: Marks, first_view: FirstView) -> Continuation | None:
-    """Learn the changes by marks to strokes; None if they cover none.
+    """Learn the changes by marks to strokes; None if no stroke is covered.
 
     Args:
         strokes: of the scene, without the marks.
@@ -269,9 +270,9 @@ class _Ridge:
 
     @classmethod
     def of(cls, kernel: F64, wanted: F64, counts: F64) -> "tuple[_Ridge, F64]":
-        """The regression of values [n, C] with weights [n], and [n, C] what each is without itself.
+        """Fit values [n, C] with weights [n], and return leave-one-out predictions [n, C] too.
 
-        Of several ridges it has the one that finds those best.
+        The ridge is the one of `RIDGES` with the smallest leave-one-out error.
         """
         shares = counts / counts.sum()
         mean = shares @ wanted
@@ -293,21 +294,21 @@ class _Ridge:
 
 
 def _places(strokes: Gaussians, first_view: FirstView) -> F64:
-    """[N, F] features over their widths."""
+    """Features divided by `WIDTHS`, [N, F]."""
     widths = np.array([*WIDTHS.values()])
     return np.asarray(stroke_features(strokes, first_view, tuple(WIDTHS)).values / widths)
 
 
 def _fewer(places: F64, counts: F64) -> tuple[F64, F64]:
-    """Some of the places [N, F], and of how many strokes [N] each stands for."""
+    """At most `MOST_ROWS` of the features [N, F], and the number of strokes that each represents."""
     step = -(-len(places) // MOST_ROWS)
     return places[::step], step * counts[::step]
 
 
 def _planes(strokes: Gaussians, first_view: FirstView) -> Planes:
-    """Planes whose normals point away from the middle of the subject, right-handed.
+    """Right-handed planes of strokes, with normals away from the centre of the subject.
 
-    So an angle to the long axis is turned to the same side on neighbouring strokes.
+    Angles to the long axis then have the same sign on neighbouring strokes.
     """
     planes = Planes.of(strokes)
     along, normals = planes.axes[:, 0], planes.axes[:, 2]
@@ -317,7 +318,7 @@ def _planes(strokes: Gaussians, first_view: FirstView) -> Planes:
 
 
 def _pairs(directions: F64, planes: Planes, *, in_space: bool) -> F64:
-    """[m, 2] pairs of directions that are pairs, or tensors."""
+    """Directions, given as pairs or as tensors in space, as pairs [m, 2]."""
     if not in_space:
         return directions
     pairs, weights = planes.lower(directions)

@@ -1,4 +1,4 @@
-"""Move paint over one moment of a moving scene to another moment, with the Gaussians around it."""
+"""Move paint over one moment of a moving scene to another, with the Gaussians around it."""
 
 from dataclasses import replace
 from typing import Any, TypeVar
@@ -12,9 +12,9 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import Overpaint, Patches
 from brushgs.values.quats import rotation_matrices, turn_forms
 
-AROUND = 24  # Gaussians whose motion a mark takes
-VISIBLE = 0.1  # opacity below which a Gaussian carries nothing: a formula says little of where it is
-STIFF = 1e-3  # share of the squared distances that keeps a direction in which there are no Gaussians
+AROUND = 24  # nearest Gaussians whose motion a mark follows
+VISIBLE = 0.1  # opacity below which Gaussians are ignored: their positions, given by a formula, mean little
+STIFF = 1e-3  # regularisation, as a share of the squared distances, for directions without Gaussians
 P = TypeVar("P", bound=Patches)
 
 
@@ -26,7 +26,7 @@ def carried(overpaint: Overpaint, before: Gaussians, after: Gaussians) -> Overpa
     Args:
         overpaint: at the moment of `before`.
         before: N Gaussians.
-        after: the same, row by row, at the other moment.
+        after: the same rows at the other moment.
     """
     rows = np.flatnonzero(before.opacities >= VISIBLE)
     if not len(rows):
@@ -43,7 +43,7 @@ def carried(overpaint: Overpaint, before: Gaussians, after: Gaussians) -> Overpa
 
 
 def _moved(patches: P, before: Any, after: Any) -> P:
-    """Patches after the rigid motions that take points [N, k, 3] to others."""
+    """Patches after the least-squares rigid motions between points [N, k, 3]."""
     x, y = before.astype(np.float64), after.astype(np.float64)
     from_, to = x.mean(axis=1), y.mean(axis=1)
     x, y = x - from_[:, None], y - to[:, None]
@@ -62,11 +62,11 @@ def _moved(patches: P, before: Any, after: Any) -> P:
 
 
 def tied(marks: Gaussians, normals: Array, strokes: Gaussians, pose: Pose) -> tuple[Gaussians, Array]:
-    """Strokes for marks that follow the strokes of the scene, and their normals, at rest.
+    """Marks tied to the nearest strokes of the scene by id, and their normals, both at rest.
 
     Args:
         marks: as strokes, at the moment of the pose.
-        normals: [N, 3] of them.
+        normals: [N, 3] of the marks.
         strokes: of the scene at rest, with ids.
         pose: of the strokes at the moment.
     """

@@ -1,7 +1,7 @@
-"""A painted area of a picture -> pieces along its skeleton, each as wide as the paint, at one depth.
+"""Cut a painted area of a picture into pieces along its skeleton, each as wide as the paint, at one depth.
 
-Pieces overlap a little and share the paint there: where shares w sum to 1, the layers 1 - (1 - a)^w laid one
-over the other cover exactly a, in any order.
+Pieces overlap a little and share the paint there: if shares w sum to 1, layers of alpha 1 - (1 - a)^w
+composite to exactly a, in any order.
 """
 
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ from scipy.spatial import cKDTree
 
 from brushgs.values.arrays import F64, Mask, Rows
 
-LEAST_REACH = 16.0  # px, of a piece
-MOST_REACH = 1 / 20  # of the shorter side of the picture, likewise
+LEAST_REACH = 16.0  # px, minimum reach of a piece
+MOST_REACH = 1 / 20  # maximum reach, as a share of the shorter side of the picture
 OVERLAP = 12.0  # px over which neighbours share the paint
-NEIGHBOURS = 4  # pieces that may share a pixel
+NEIGHBOURS = 4  # maximum number of pieces that share a pixel
 STEEP = 1.0
 APART = 1e6  # px between areas that do not touch
 
@@ -26,10 +26,10 @@ class Pieces:
     """K pieces of the P pixels of a painted area.
 
     Attributes:
-        rows: [P] of the picture.
-        columns: [P] likewise.
-        piece: [P, n] that share each pixel, nearest first.
-        shares: [P, n] of the paint of the pixel, sum 1.
+        rows: [P] rows of the pixels in the picture.
+        columns: [P] columns of the pixels.
+        piece: [P, n] pieces that share each pixel, nearest first.
+        shares: [P, n] their shares of the paint, sum 1.
         count: K.
     """
 
@@ -46,7 +46,7 @@ class Pieces:
 
     @cached_property
     def _places(self) -> list[tuple[Rows, Rows]]:
-        """The pixels of each piece, and their positions in the rows of `piece`."""
+        """The pixels of each piece, and the column of each in `piece`."""
         pixel, slot = np.nonzero(self.shares)
         piece = self.piece[pixel, slot]
         order = np.argsort(piece, kind="stable")
@@ -57,11 +57,11 @@ class Pieces:
 def cut(painted: Mask, log_depth: F64, focal: float) -> Pieces:
     """Cut a painted area into pieces.
 
-    Seeds lie on the skeleton, where the distance to the border is largest, then wherever paint is left; each
-    takes what is as near as the paint is wide there. Paint over surfaces at different depths is cut apart.
+    Seeds are taken on the skeleton, the local maxima of the distance to the border, then in the remaining
+    paint; each claims the pixels within the local width of the paint. Paint is cut where depth jumps.
 
     Args:
-        painted: [H, W], with some paint.
+        painted: [H, W], not all False.
         log_depth: [H, W] logarithm of camera z of the surface below, finite where painted.
         focal: px.
     """

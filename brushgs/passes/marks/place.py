@@ -1,7 +1,7 @@
-"""Pieces of painted areas, and the depth of what they cover -> marks in space, each with its picture.
+"""Turn pieces of painted areas, with the depth of the surface below, into marks in space with tiles.
 
-A mark is placed first, and its tile is then cut out of the picture as it falls on the plane of the mark: so
-it looks as painted from there, however its plane lies.
+A mark is placed first, then the picture is resampled on its plane as its tile: seen from the camera it looks
+as painted, however its plane is tilted.
 """
 
 from dataclasses import dataclass
@@ -30,18 +30,18 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.marks import MOST_TILE, Erased, Marks
 
-TILT = np.radians(75)  # the most between the plane of a mark and the picture
+TILT = np.radians(75)  # maximum angle between the plane of a mark and the picture
 MARGIN = 2.0  # px around the paint of a mark
 DENSITY = 1.5  # texels per pixel of the picture
-SMOOTH = 5  # px, side of the median of depths, and of the squares in which edges are sought
-# Slope of depth along the picture at which it is an edge between two surfaces, where the plain picture mixes
-# their depths: the tangent of 76 degrees.
+SMOOTH = 5  # px, side of the windows of the median of depths and of the search for edges
+# Slope of depth in the picture from which it is an edge between two surfaces, whose depths the plain render
+# mixes: the tangent of 76 degrees.
 EDGE = 4.0
 RIM = np.array([[-1.0, -1], [1, -1], [1, 1], [-1, 1]])
-LEAST_POINTS = 12  # of a surface for a plane of its own
+LEAST_POINTS = 12  # points of a surface needed to fit a plane
 MOST_RADIUS = 12.0  # px of an erased disc: surfaces bend
-RIM_PIXELS = 2.0  # by which erased discs reach beyond the border of what is erased
-FAR = 3.0  # times the median distance from a plane, beyond which a point does not count
+RIM_PIXELS = 2.0  # px by which erased discs extend beyond the erased area
+FAR = 3.0  # outliers of a plane fit: points farther than this times the median distance
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +50,9 @@ class Below:
 
     Attributes:
         camera: the view.
-        log_depth: [H, W] logarithm of camera z of the front surface; in empty space that of the nearest one.
-        is_solid: [H, W] where there is a surface of the scene.
-        is_known: [H, W] where there is a surface, of the scene or of its stage; None: where it is solid.
+        log_depth: [H, W] logarithm of camera z of the front surface; of the nearest such pixel if empty.
+        is_solid: [H, W] whether there is a surface of the scene.
+        is_known: [H, W] whether there is a surface of the scene or its stage; None for `is_solid`.
     """
 
     camera: Camera
@@ -65,21 +65,21 @@ class Below:
             object.__setattr__(self, "is_known", self.is_solid)
 
     def on_stage(self, depth: F64) -> "Below":
-        """With a stage where there is nothing of the scene; `depth` [H, W] is infinite without one."""
+        """The surface, and a stage where the scene is empty; its `depth` [H, W] is infinite outside it."""
         is_stage = ~self.is_solid & np.isfinite(depth)
         log_depth = np.where(is_stage, np.log(np.where(is_stage, depth, 1)), self.log_depth)
         return Below(self.camera, log_depth, self.is_solid, self.is_solid | is_stage)
 
     @classmethod
     def in_view(cls, camera: Camera, gaussians: Gaussians) -> "Below":
-        """That of a scene in a view; without anything there, the distance of its middle is taken."""
+        """The surface of a scene in a view; if that is empty, a plane at the distance of its median point."""
         plain = render(gaussians, camera, StrokeTexture.open("gaussian"))
         distance = float(np.linalg.norm(np.median(gaussians.means, axis=0) - camera.position))
         return cls.of(camera, plain, max(distance, 2 * camera.near))
 
     @classmethod
     def of(cls, camera: Camera, plain: Frame, distance: float) -> "Below":
-        """From the plain picture of a scene with depth; `distance` is taken where the picture is empty."""
+        """The surface in a plain render with depth; if it is empty, a plane at camera z `distance`."""
         assert plain.depth is not None, "ask for it"
         is_solid = plain.alpha > max(SOLID, 0.5)
         if not is_solid.any():
@@ -91,14 +91,14 @@ class Below:
         return cls(camera, _from_nearest(filled, is_sure) if is_sure.any() else filled, is_solid)
 
     def points(self, x: F64, y: F64, z: F64) -> F64:
-        """[N, 3] points in world axes, from pixels and camera z."""
+        """World points [N, 3] of pixels at camera z."""
         K, viewmat = self.camera.K, self.camera.viewmat
         rays = np.stack([(x - K[0, 2]) / K[0, 0], (y - K[1, 2]) / K[1, 1], np.ones_like(z)], axis=-1)
         return np.asarray((rays * z[..., None] - viewmat[:3, 3]) @ viewmat[:3, :3])
 
 
 def _from_nearest(values: F64, is_known: Mask) -> F64:
-    """Values [H, W]; unknown ones are those of the nearest known pixel."""
+    """Values [H, W], with unknown ones set to those of the nearest known pixel."""
     nearest = distance_transform_edt(~is_known, return_distances=False, return_indices=True)
     return np.asarray(values[tuple(nearest)])
 
@@ -109,7 +109,7 @@ def marks_of_paint(paint: Array, below: Below) -> Marks | None:
     Args:
         paint: [H, W, 4] red, green, blue and straight alpha, 0 to 1, display-encoded, in the size of the
             camera; transparent where nothing is painted.
-        below: what it is painted over.
+        below: the surface that it is painted over.
     """
     picture: F64 = np.asarray(paint, np.float64)
     painted = picture[..., 3] >= MIN_ALPHA
@@ -132,9 +132,9 @@ def marks_of_paint(paint: Array, below: Below) -> Marks | None:
 
 
 def erased_of_area(area: Mask, below: Below) -> Erased | None:
-    """Discs on the front surface that cover an erased area [H, W]; None without any surface there.
+    """Discs on the front surface that cover an erased area [H, W]; None if there is no surface.
 
-    They reach beyond its border by at most `RIM_PIXELS`.
+    They extend beyond its border by at most `RIM_PIXELS`.
     """
     area = area & below.is_solid
     if not area.any():
@@ -159,7 +159,7 @@ def erased_of_area(area: Mask, below: Below) -> Erased | None:
 
 
 def _leaning(normal: F64, view: F64) -> F64:
-    """A normal toward the camera, at most `TILT` from the view."""
+    """The normal flipped towards the camera and limited to `TILT` from the direction to it."""
     normal = normal if normal @ view >= 0 else -normal
     if normal @ view >= np.cos(TILT):
         return normal
@@ -168,7 +168,7 @@ def _leaning(normal: F64, view: F64) -> F64:
 
 
 def _plane(pieces: Pieces, pixel: Rows, below: Below) -> tuple[F64, F64, F64]:
-    """The points of the surface under pixels, the one in their middle, and the normal toward the camera."""
+    """Points of the surface below pixels, the one in their middle, and the normal towards the camera."""
     y, x = pieces.rows[pixel], pieces.columns[pixel]
     z = np.exp(below.log_depth[y, x])
     points = below.points(np.asarray(x + 0.5, np.float64), np.asarray(y + 0.5, np.float64), z)
@@ -186,7 +186,7 @@ def _plane(pieces: Pieces, pixel: Rows, below: Below) -> tuple[F64, F64, F64]:
 
 
 def _fitted(points: F64) -> tuple[F64, F64]:
-    """The middle and the normal of a plane through points [P, 3], fitted again without the far ones."""
+    """Centre and normal of a plane fitted to points [P, 3], refitted without outliers."""
     for _ in range(2):
         center = points.mean(axis=0)
         normal = np.linalg.svd(points - center, full_matrices=False)[2][2]
@@ -196,7 +196,7 @@ def _fitted(points: F64) -> tuple[F64, F64]:
 
 
 def _placed(pieces: Pieces, piece: int, below: Below) -> dict[str, F64]:
-    """A mark for a piece, just so large that its plane holds the paint."""
+    """Columns of a mark for a piece, just large enough for its paint."""
     pixel, _ = pieces.pixels(piece)
     _, mean, normal = _plane(pieces, pixel, below)
     y, x = pieces.rows[pixel], pieces.columns[pixel]
@@ -224,7 +224,7 @@ def _placed(pieces: Pieces, piece: int, below: Below) -> dict[str, F64]:
 
 
 def _on_plane(pixels: F64, mean: F64, normal: F64, camera: Camera) -> F64:
-    """[P, 3] where the lines of sight of pixels [P, 2] meet a plane."""
+    """Intersections [P, 3] of the rays of pixels [P, 2] with a plane."""
     K = camera.K
     rays = np.stack(
         [(pixels[:, 0] - K[0, 2]) / K[0, 0], (pixels[:, 1] - K[1, 2]) / K[1, 1], np.ones(len(pixels))], axis=1
@@ -235,7 +235,7 @@ def _on_plane(pixels: F64, mean: F64, normal: F64, camera: Camera) -> F64:
 
 
 def _tile(paint: F64, pieces: Pieces, piece: int, planes: Planes) -> U8:
-    """The picture of a piece, as it lies in its plane."""
+    """The picture of a piece, resampled on its plane."""
     pixel, shares = pieces.pixels(piece)
     y, x = pieces.rows[pixel], pieces.columns[pixel]
     top, left = y.min() - 2, x.min() - 2

@@ -1,4 +1,4 @@
-"""Marks -> strokes, and their brushes: the u axis of a brush lies along the longest axis of its stroke."""
+"""Convert marks to strokes with brushes, whose u axis lies along the longest axis of the stroke."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ SIGMAS = 2.0  # half length of a mark in standard deviations
 
 
 def strokes_of(marks: Marks) -> Gaussians:
-    """N strokes in the planes of the marks; half their sides are `SIGMAS` standard deviations."""
+    """N strokes in the planes of the marks; half a side is `SIGMAS` standard deviations."""
     across = np.cross(marks.directions, marks.normals)
     axes = np.stack([marks.directions, across, -marks.normals], axis=2)  # right-handed
     axes[..., 1] /= np.linalg.norm(axes[..., 1], axis=1, keepdims=True)
@@ -30,7 +30,7 @@ def strokes_of(marks: Marks) -> Gaussians:
 
 
 def brush_of(image: U8, name: str, *, is_turned: bool = False) -> StrokeTexture:
-    """A tile as a brush with colours of its own.
+    """A brush with its own colours, from a tile.
 
     Args:
         image: uint8 [h, w, 4], straight alpha.
@@ -45,6 +45,6 @@ def brush_of(image: U8, name: str, *, is_turned: bool = False) -> StrokeTexture:
 
 
 def mean_of(image: U8) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """[3] mean colour of the paint of a tile, 0 to 1."""
+    """Mean colour of the paint of a tile, 0 to 1, [3]."""
     weights = image[..., 3:].astype(np.float64)
     return np.asarray((weights * image[..., :3]).sum(axis=(0, 1)) / max(float(weights.sum()), 1.0) / 255)

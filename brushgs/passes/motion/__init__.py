@@ -1,1 +1,1 @@
-"""A moving scene -> its Gaussians at their reference moments, and how the strokes made of them move."""
+"""Reduce a moving scene to Gaussians at their reference moments, and animate the strokes made of them."""

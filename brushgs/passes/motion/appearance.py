@@ -1,4 +1,4 @@
-"""Appearance of the Gaussians of one moment, for finding them again in another."""
+"""Appearance of the Gaussians of one moment, for matching them to another."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,11 +13,11 @@ from brushgs.passes.reduce.features import SceneFrame, contracted
 from brushgs.passes.reduce.morton import morton_order
 from brushgs.values.arrays import F32, F64, Array, Mask, Rows
 
-NUM_SPACED = 2000  # Gaussians from which the spacing is measured
-NUM_COMPARED = 500  # that tell whether all have grown, or are in another light
-UNLIKE = 0.5  # clip of distances of looks: anything farther is another thing
-LEAST_SPACING = 1e-5  # radii of the scene: where most lie in one place
-FLATTEST = 6.0  # logarithm of the usual largest size over any other: thinner is as thin
+NUM_SPACED = 2000  # Gaussians sampled to measure the spacing
+NUM_COMPARED = 500  # Gaussians sampled to estimate common growth and change of light
+UNLIKE = 0.5  # upper clamp of distances of looks
+LEAST_SPACING = 1e-5  # radii of the scene, for scenes where most Gaussians coincide
+FLATTEST = 6.0  # log sizes are clamped to the median of the largest minus this
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Appearance:
         looks: [n, 6] logarithms of the sizes, ascending, and RGB, 0 to 1.
         normals: [n, 3] shortest axis; its length is the flatness, 0 (balls and needles) to 1.
         weights: [n] > 0.
-        frame: centre and radius of the moment.
+        frame: centre and radius of the scene at the moment.
         order: [n] rows along a space-filling curve.
     """
 
@@ -42,7 +42,7 @@ class Appearance:
 
     @classmethod
     def of(cls, matter: Matter) -> "Appearance":
-        """The appearance of some matter; n >= 1."""
+        """The appearance of n >= 1 Gaussians."""
         lengths = np.linalg.norm(matter.axes, axis=1)
         logs = np.log(np.maximum(lengths, 1e-300))
         logs = np.maximum(logs, np.median(logs[:, 2]) - FLATTEST)
@@ -57,7 +57,7 @@ class Appearance:
         return len(self.means)
 
     def take(self, rows: Rows, means: F64) -> "Appearance":
-        """Some of the Gaussians, at other positions."""
+        """Some of the Gaussians, at new positions."""
         return replace(
             self,
             means=means,
@@ -68,7 +68,7 @@ class Appearance:
         )
 
     def joined(self, more: "Appearance") -> "Appearance":
-        """These Gaussians and others, in the frame of these."""
+        """These Gaussians followed by others, in the frame of these."""
         if len(more) == 0:
             return self
         columns: dict[str, Any] = {
@@ -79,9 +79,9 @@ class Appearance:
         return replace(self, **columns, order=morton_order(places))
 
     def in_light_of(self, other: "Appearance") -> "Appearance":
-        """The same without what all have grown since another moment, and changed in light.
+        """The same with the common growth and change of light since another moment removed.
 
-        That is a difference of means or of medians, if it brings looks nearer to those of the other.
+        It is the difference of means or of medians, or none, whichever makes the looks most similar.
         """
         shifts = (middle(self.looks, axis=0) - middle(other.looks, axis=0) for middle in (np.mean, np.median))
         tried = [self.looks, *(self.looks - shift for shift in shifts)]
@@ -94,7 +94,7 @@ class Appearance:
 
     @cached_property
     def spacing(self) -> float:
-        """The usual distance of a Gaussian to the nearest other, in radii of the scene, contracted."""
+        """Median distance of a Gaussian to the nearest other, in contracted radii of the scene."""
         if len(self) < 2:
             return 1.0
         some = np.random.default_rng(0).permutation(len(self))[:NUM_SPACED]
@@ -102,25 +102,25 @@ class Appearance:
 
     @cached_property
     def centered(self) -> F64:
-        """[n, 3] in radii of the scene from its centre, contracted far from it."""
+        """Positions [n, 3] in radii of the scene from its centre, contracted far from it."""
         return contracted(self.means, self.frame)[0]
 
     @cached_property
     def own_places(self) -> F64:
-        """[n, 3] the means as `places` gives them."""
+        """`places` of the means, [n, 3]."""
         return self.centered / self.spacing
 
     def places(self, means: F64) -> F64:
-        """Points [q, 3] of world space in spacings of this moment, contracted far from its centre."""
+        """World points [q, 3] in spacings of this moment, contracted far from its centre."""
         return contracted(means, self.frame)[0] / self.spacing
 
     def keys(self, places: F64, looks: F64, unit: float, weight: float = 1.0) -> F32:
-        """What is compared: `places` [q, 3] in so many spacings, and looks [q, 6] times a weight."""
+        """Search keys [q, 9]: `places` [q, 3] in `unit` spacings, and looks [q, 6] times `weight`."""
         return np.concatenate([places / unit, weight * looks], axis=1, dtype=np.float32)
 
 
 def among(keys: F32, others: Array) -> tuple[F64, Rows]:
-    """Distances [q] of keys to the nearest of others, and its row."""
+    """Distances of keys to the nearest of others, and its rows, [q] each."""
     from brushgs.passes.reduce.lloyd import assign
 
     distances, rows = assign(np.ascontiguousarray(keys), np.ascontiguousarray(others, np.float64))
@@ -128,6 +128,6 @@ def among(keys: F32, others: Array) -> tuple[F64, Rows]:
 
 
 def mutual_nearest(keys: F32, others: F32) -> tuple[F64, Rows, Mask]:
-    """As `among`, and whether each key is nearest to that other in turn, [q]."""
+    """As `among`, and whether the pair is a mutual nearest neighbour, [q]."""
     distances, rows = among(keys, others)
     return distances, rows, among(others, keys)[1][rows] == np.arange(len(keys))

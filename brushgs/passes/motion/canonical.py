@@ -1,8 +1,8 @@
-"""A moving scene whose rows correspond -> one set of Gaussians, and what tells apart what moves apart.
+"""Reduce a moving scene whose rows correspond to one set of Gaussians, with features of their motion.
 
-Each row is taken at its reference moment, the first at which it is well visible: most rows at the first of
-all, so that the scene of references looks as the scene does at its start, and what comes later is there too.
-Strokes are made of these Gaussians once, as of a scene that rests.
+Each row is taken at its reference moment, the first at which it is well visible. For most rows that is the
+first moment, so the result looks like the start of the scene, and also holds what appears later. Strokes are
+made of these Gaussians once, as for a still scene.
 """
 
 from dataclasses import dataclass, replace
@@ -16,21 +16,20 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 
 MOST_LOOKS = 12  # moments at which positions are sampled for the features
-MOST_SCANNED = 48  # and opacities, for the reference moments: what is there for 1/48 of a clip is not missed
-REFERENCE_SHARE = 0.5  # of its largest opacity: a row is well visible
-VISIBLE_SHARE = 0.1  # a row is visible: below it a formula says little of where the row is
+MOST_SCANNED = 48  # moments at which opacities are sampled: what is visible for 1/48 of a clip is found
+REFERENCE_SHARE = 0.5  # share of its largest opacity from which a row is well visible
+VISIBLE_SHARE = 0.1  # the same for visible; positions of fainter rows, given by a formula, mean little
 NEVER_SEEN = 1 / 255  # opacity below which no renderer draws
-MOST_FEATURES = 7  # with the nine of a scene that rests, what the core has room for
-# Distances in the space of features, in radii of the scene: two Gaussians whose distance changes by a radius
-# (root mean square over the clip), and two of which one is there when the other is not. Measured on
-# cook_spinach at 2000 and 7000 strokes: what members move otherwise than their stroke is 4 and 15 % less with
-# a motion weight of 1, 23 and 36 % with 2, 34 and 44 % with 3. Where the pictures change they gain 0.1 and
-# 0.0 dB with 1 and lose 0.2 and 0.1 with 2; elsewhere they lose 0.2 with 2, 0.4 with 3, and with a life
-# weight of 0.1 another 0.2.
+MOST_FEATURES = 7  # plus the nine of a still scene: the limit of the core
+# Feature distances, in radii of the scene, of two Gaussians whose offset changes by a radius (RMS over the
+# clip), and of two that are never visible together. Measured on cook_spinach at 2000 and 7000 strokes:
+# members deviate from the motion of their stroke by 4 and 15 % less with a motion weight of 1, 23 and 36 %
+# with 2, 34 and 44 % with 3. Changing pixels gain 0.1 and 0.0 dB with 1 and lose 0.2 and 0.1 with 2; others
+# lose 0.2 with 2, 0.4 with 3, and another 0.2 with a life weight of 0.1.
 MOTION_WEIGHT = 1.0
 LIFE_WEIGHT = 0.05
-ROWS_AT_A_TIME = 1 << 14  # of features before they are reduced, 400 bytes each
-LEAST_VARIANCE = 1e-8  # of a feature, squared radii: below it nothing is told apart
+ROWS_AT_A_TIME = 1 << 14  # rows of features before their reduction, 400 bytes each
+LEAST_VARIANCE = 1e-8  # of a feature, squared radii; below it the feature is dropped
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +37,11 @@ class Canonical:
     """A moving scene as one set of Gaussians.
 
     Attributes:
-        gaussians: each row of the scene at its reference moment, `ids` its row; rows that are never visible
-            are left out.
-        features: [N, m] how they move and when they are there, m <= 7, for `group`: distances in radii of the
+        gaussians: N Gaussians at their reference moments, with rows of the scene as ids, without rows that
+            are never visible.
+        features: [N, m <= 7] of their motion and visibility, for `group`; distances are in radii of the
             scene, like those of `cluster_features`.
-        references: [N] seconds, the reference moment of each.
+        references: [N] reference moments, seconds.
     """
 
     gaussians: Gaussians
@@ -53,15 +52,15 @@ class Canonical:
 def canonical(scene: MovingScene, times: F64) -> Canonical:
     """The Gaussians of a moving scene at their reference moments.
 
-    The reference moment of a row is the first, of at most 48 evenly chosen among the times, at which its
-    opacity is at least half of its largest. Features are the places of a row relative to that at its
-    reference, at no more than 12 moments, and how visible it is at these; at moments when it is not visible
-    it is where it is at the nearest at which it is. Their principal components are exact where there are at
-    most 7, and equal input gives equal output.
+    The reference moment of a row is the first of at most 48 evenly spaced times at which its opacity is at
+    least half of its largest. Features are the offsets of a row from its position at the reference, and its
+    visibility, at up to 12 moments; an invisible row takes the position of the nearest moment at which it is
+    visible. They are reduced to at most 7 principal components, exactly if no more are needed. The result is
+    deterministic.
 
     Args:
         scene: with rows that correspond.
-        times: [T] seconds, ascending, of the clip; at least one.
+        times: [T >= 1] seconds in the clip, ascending.
 
     Raises:
         ValueError: if rows do not correspond, or there are no times.
@@ -104,12 +103,12 @@ def canonical(scene: MovingScene, times: F64) -> Canonical:
 
 
 def features_of(found: Canonical, gaussians: Gaussians) -> F32:
-    """The features [n, m] of Gaussians that were taken from those of `canonical`, by their ids."""
+    """The features [n, m] of Gaussians taken from those of `canonical`, by their ids."""
     return np.asarray(found.features[_places(found, gaussians)])
 
 
 def uncut(found: Canonical, gaussians: Gaussians) -> Gaussians:
-    """Gaussians, or pieces of such, as large and where the rows of the scene are whose ids they have."""
+    """Gaussians, or pieces of them, with the means and scales of the rows of the scene in their ids."""
     of_scene = found.gaussians.take(_places(found, gaussians))
     return replace(gaussians, means=of_scene.means, scales=of_scene.scales)
 
@@ -122,7 +121,7 @@ def _places(found: Canonical, gaussians: Gaussians) -> Rows:
 
 
 def _evenly(num: int, most: int) -> Rows:
-    """Evenly spaced indices below `num`, limited in number, with the first and the last among them."""
+    """At most `most` evenly spaced indices below `num`, including the first and the last."""
     count = min(num, most)
     return np.unique(np.rint(np.linspace(0, num - 1, count)).astype(np.intp))
 
@@ -140,9 +139,9 @@ def _at_references(scene: MovingScene, times: F64, first: Gaussians, reference: 
 
 
 def _hold_nearest(values: Array, is_known: Mask) -> None:
-    """Fill values [L, n, ...] in place where they are not known [L, n]: from the nearest that is.
+    """Fill unknown values [L, n, ...] in place with the nearest known one in time.
 
-    Of two that are equally near it is the earlier; where none is known all are 0.
+    Of two equally near ones it is the earlier; columns without any are set to 0.
     """
     columns = np.flatnonzero(~is_known.all(axis=0))
     nearest = nearest_known(is_known[:, columns], np.arange(float(len(values))))
@@ -152,7 +151,7 @@ def _hold_nearest(values: Array, is_known: Mask) -> None:
 
 
 def _features(places: F32, shares: F32, lengths: F64, weights: F32) -> F32:
-    """Principal components [n, m] of places relative to the reference [L, n, 3] and visibility [L, n]."""
+    """Principal components [n, m] of offsets from the reference [L, n, 3] and visibility [L, n]."""
     num_looks, num = shares.shape
     blocks = [slice(first, first + ROWS_AT_A_TIME) for first in range(0, num, ROWS_AT_A_TIME)]
     total, mean, squares = 0.0, np.zeros(4 * num_looks), np.zeros((4 * num_looks, 4 * num_looks))
@@ -174,10 +173,10 @@ def _features(places: F32, shares: F32, lengths: F64, weights: F32) -> F32:
 
 
 def _points(places: F32, shares: F32, lengths: F64) -> F64:
-    """The features before their reduction, points [n, 4 L]."""
+    """The features before their reduction, [n, 4 L]."""
     num_looks, num = shares.shape
     away = places * lengths
-    # No further than a radius: a row that flies to infinity must not take all components for itself.
+    # Clamped to a radius: a row that flies to infinity must not dominate all components.
     away /= np.maximum(np.linalg.norm(away, axis=2, keepdims=True), 1)
     moved = away.transpose(1, 0, 2).reshape(num, 3 * num_looks)
     both = np.concatenate([MOTION_WEIGHT * moved, LIFE_WEIGHT * shares.T], axis=1)

@@ -1,6 +1,7 @@
-"""Moments whose rows do not correspond -> estimated positions of their Gaussians at earlier moments.
+"""Estimate earlier positions of Gaussians in a clip whose rows do not correspond.
 
-A Gaussian found in the moment before was at its position there; any other was beside the one most like it.
+A Gaussian matched in the previous moment was at its position there; any other keeps its offset from the most
+similar one.
 """
 
 from dataclasses import dataclass, field, replace
@@ -17,12 +18,12 @@ from brushgs.values.moving import MovingScene
 
 @dataclass(frozen=True, eq=False)
 class _Step:
-    """From one moment to the next.
+    """Motion from one moment to the next.
 
     Attributes:
         ahead: [n, 3] displacements of the Gaussians of the moment, world units.
-        was: [m] for each Gaussian of the next moment the row that it was, or is beside.
-        beside: [m, 3] offset from the position of that row at the next moment; 0 if it is the same Gaussian.
+        was: [m] for each Gaussian of the next moment, its match, or the most similar row.
+        beside: [m, 3] offset from the position of that row at the next moment; 0 if they match.
     """
 
     ahead: F32
@@ -32,9 +33,9 @@ class _Step:
 
 @dataclass(eq=False)
 class EstimatedMotion:
-    """The moments of a clip, moved along between them, and where they were earlier.
+    """The Gaussians of a clip at any time, and their positions at earlier times.
 
-    The steps that are asked for are matched once and kept: 28 bytes a Gaussian and moment.
+    Steps are matched on demand and kept: 28 bytes per Gaussian and moment.
 
     Attributes:
         scene: the clip, of at least one moment.
@@ -47,7 +48,7 @@ class EstimatedMotion:
     _last: tuple[int, Appearance, Match] | None = field(default=None, repr=False)
 
     def at(self, time: float) -> Gaussians:
-        """The Gaussians of the last moment up to a time in seconds, moved toward the next moment."""
+        """The Gaussians of the last moment up to a time in seconds, moved towards the next moment."""
         moment, share = self._place(time)
         gaussians = self._moment(moment)
         means = gaussians.means + self._ahead(moment, share)

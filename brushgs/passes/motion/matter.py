@@ -38,7 +38,7 @@ class Matter:
 
     @classmethod
     def of(cls, gaussians: Gaussians, frame: SceneFrame | None = None) -> "Matter":
-        """The matter of Gaussians; `frame` is the centre and the radius of the scene, None for theirs."""
+        """The matter of Gaussians; `frame` is the centre and radius of the scene, None to compute them."""
         order = np.argsort(gaussians.scales, axis=1)
         scales = np.take_along_axis(gaussians.scales, order, axis=1).astype(np.float64)
         axes = np.take_along_axis(rotation_matrices(gaussians.quats), order[:, None, :], axis=2)
@@ -59,16 +59,16 @@ class Matter:
     def nearest(
         self, centers: F64, is_asked: Mask | None = None, more: F64 | None = None
     ) -> tuple[F64, Rows]:
-        """Distances [n] to the nearest of some centres [k, D], and which it is; 0 where nobody asked.
+        """Distances [n] to the nearest of centres [k, D], and its row [n]; both 0 where not `is_asked`.
 
-        `more` [n, D - 9] are further columns of the points.
+        `more` [n, D - 9] are additional columns of the points.
         """
         order = self.order if is_asked is None else self.order[is_asked[self.order]]
         points = self.points[order]
         if more is not None:
             points = np.concatenate([points, more[order]], axis=1, dtype=np.float32)
         distances, rows = np.zeros(len(self)), np.zeros(len(self), np.intp)
-        # In order along the curve, neighbours are in the cache: 4 times as fast as shuffled rows.
+        # Order along the curve keeps neighbours in the cache: 4 times as fast as shuffled rows.
         distances[order], rows[order] = assign(points, centers)
         return distances, rows
 

@@ -1,4 +1,4 @@
-"""Moment after moment -> what each Gaussian was before: also of those that some moments miss."""
+"""Match Gaussians from moment to moment, including those that are missing for a short time."""
 
 from dataclasses import dataclass, replace
 
@@ -9,9 +9,9 @@ from brushgs.passes.motion.match import Match, match
 from brushgs.passes.motion.matter import Matter
 from brushgs.values.arrays import F64, Mask, Rows
 
-MISSED = 0.12  # seconds that a Gaussian may be missing and is the same when it comes back
-# Share of Gaussians that are found in the moment before: below it the two show different things. Of one body
-# sampled by other Gaussians in each moment 0.6 are found, of a bear in a plant 0.11.
+MISSED = 0.12  # maximum seconds for which a Gaussian may be missing and still be matched
+# Share of Gaussians matched in the previous moment below which the two are unrelated. Of one body sampled
+# anew in each moment 0.6 are matched; of a bear against a plant 0.11.
 UNRELATED = 0.2
 
 
@@ -20,13 +20,12 @@ class Recognized:
     """Correspondence of the m Gaussians of a moment with those known before.
 
     Attributes:
-        was: [m] of each the row before that is most like it: of the n known ones, first those of the last
-            moment, then those that it missed.
-        is_same: [m] whether it is that Gaussian.
+        was: [m] the most similar of the n known rows: those of the last moment, then those missing from it.
+        is_same: [m] whether it is the same Gaussian.
         places: [n, 3] predicted positions of the known ones now, world units.
-        share: of the Gaussians, those that are found.
-        is_other: whether the moment shows different things from the last; then none is the same.
-        missed: rows of the known ones that are missed from now on, in this order.
+        share: share of the Gaussians that are matched.
+        is_other: whether the moment is unrelated to the last; then no Gaussian is the same.
+        missed: known rows that are missing now, in their new order.
     """
 
     was: Rows
@@ -38,7 +37,7 @@ class Recognized:
 
 
 class Recognizer:
-    """Recognizes Gaussians from moment to moment; remembers those that were missed for a short time.
+    """Matches Gaussians from moment to moment; remembers missing ones for a short time.
 
     Example:
         >>> from brushgs.passes.motion.matter import Matter
@@ -56,7 +55,7 @@ class Recognizer:
         self._last: Match | None = None
 
     def step(self, matter: Matter, seconds: float) -> Recognized:
-        """Match the next moment, `seconds` later; it and the one before must have Gaussians."""
+        """Match the next moment, `seconds` later; neither it nor the previous one may be empty."""
         now = Appearance.of(matter)
         found = match(self._known, now, self._last)
         since = self._since + seconds

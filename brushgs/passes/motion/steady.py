@@ -1,29 +1,29 @@
-"""Values over time -> the same without jitter: a mean over neighbouring moments with similar values."""
+"""Remove jitter from values over time: a bilateral mean over neighbouring moments."""
 
 import numpy as np
 
 from brushgs.values.arrays import F32, F64, Mask
 
-WINDOW = 3  # moments to either side
-SECONDS = 0.1  # and no farther in time
-TREMBLING = 3.0  # factor of the noise of a value that gives the tolerance
-MOST_TREMBLING = 4.0  # times the expected noise: larger differences are motion, in curves and at any pace
+WINDOW = 3  # moments on each side
+SECONDS = 0.1  # maximum distance in time
+TREMBLING = 3.0  # tolerance as a factor of the measured noise
+MOST_TREMBLING = 4.0  # maximum factor on the given tolerance: larger differences are motion
 
 
 def steadied(values: F32, times: F64, tolerances: F64, is_there: Mask, most: float = MOST_TREMBLING) -> F32:
-    """Weighted means over nearby moments, by how near their values are: noise goes, fast motion stays.
+    """Weighted means over nearby moments, by similarity of values: removes noise, keeps fast motion.
 
-    A moment whose value differs by the tolerance counts 0.6, by three times as much 0.01: what jumps is not
-    smeared, and what moves evenly is where it was. Where values tremble by more than the tolerance, half of
-    the time, three times what they tremble by takes its place, up to `most` times the tolerance.
-    Source: Tomasi and Manduchi 1998, Bilateral filtering (there of pictures).
+    A moment whose value differs by the tolerance has weight 0.6, by three times as much 0.01: jumps are not
+    smeared, and uniform motion is unchanged. The tolerance is raised to three times the measured noise, the
+    median deviation from the mean of both neighbours, but to at most `most` times the given one.
+    Source: Tomasi and Manduchi 1998, Bilateral filtering (there of images).
 
     Args:
         values: [T, m, D].
         times: [T] seconds, ascending.
-        tolerances: [m] > 0, differences in which noise is expected.
+        tolerances: [m] > 0, expected size of noise.
         is_there: [T, m] the moments that count; others keep their values.
-        most: see above, > 0.
+        most: > 0, see above.
     """
     num = len(values)
     trembling = np.minimum(TREMBLING * _trembling(values, is_there), most * tolerances)
@@ -33,7 +33,7 @@ def steadied(values: F32, times: F64, tolerances: F64, is_there: Mask, most: flo
         sums = values[at].astype(np.float64)
         totals = np.ones(values.shape[1])
         for distance in range(1, WINDOW + 1):
-            # Both sides or none: a mean of one side lags behind, or runs ahead.
+            # Both sides or none: a one-sided mean lags or leads.
             if at < distance or at + distance >= num:
                 break
             sides = at - distance, at + distance
@@ -50,9 +50,9 @@ def steadied(values: F32, times: F64, tolerances: F64, is_there: Mask, most: flo
 
 
 def _trembling(values: F32, is_there: Mask) -> F64:
-    """[m] the noise of values: the median distance of a moment to the middle of its neighbours in time.
+    """The noise of values, [m]: the median distance of a moment to the mean of its two neighbours.
 
-    What moves evenly does not tremble; what jumps now and then does not, either.
+    It is 0 for uniform motion, and for occasional jumps.
     """
     if len(values) < 3:
         return np.zeros(values.shape[1])
