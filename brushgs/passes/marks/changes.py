@@ -12,7 +12,7 @@ from brushgs.values.marks import Combs, Erased
 from brushgs.values.quats import quat_products, quats_of, rotation_matrices
 
 REACH = 3.0  # radius of the paint of a stroke in standard deviations
-TOLERANCE = 2.0  # paint up to this times the thickness of the erased surface in front of a disc belongs to it
+TOLERANCE = 2.0  # thicknesses of the erased surface: paint up to this far in front of a disc does not hide it
 
 
 def cut_of(strokes: Gaussians, erased: Erased) -> Cut | None:
