@@ -7,7 +7,7 @@ the paper. Lights are the bare paper.
 Source: Bousseau et al. 2006 (density of pigment); Gastal and Oliveira 2011 (edge-preserving smoothing).
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
@@ -33,6 +33,11 @@ ROOM = 0.06  # how far pigment runs beyond the strokes, over the diagonal
 SPILL = 4.0  # inverse of the coverage by strokes from which washes have full strength
 RIM = 0.005  # width over which pigment gathers at the rim of a wash, over the diagonal
 LOSS = 0.024  # width over which a lost outline fades, over the diagonal
+LOST = 0.45  # share of the outline that may be lost; touches over it keep some of that
+LEAST_LOST = 0.15  # score of the darkest that may: against white paper an outline of leather stays
+# Of the coverage blurred over `LOSS` the mean inside, within some widths: up to the first a part is thin, and
+# not lost. Along a straight edge it is 0.85; in a strip as wide as `LOSS`, 0.46.
+NEARBY, THIN, THICK = 2.0, 0.55, 0.75
 # The wash of a shadow: coverage by its strokes at its edge, variation of that by the noise, range of coverage
 # over which it fades; and its least density.
 SHADOW_EDGE, SHADOW_WANDER, SHADOW_SOFTNESS, SHADOW_LEAST = 0.20, 0.04, 0.12, 0.5
@@ -111,7 +116,7 @@ class Washes:
     grain: float = 0.15
     light: tuple[float, ...] = (0.12, 0.07)
     light_noise: tuple[float, ...] = (0.012, 0.02)
-    lost: tuple[float, ...] = (0.20, 0.45, 0.80)
+    lost: tuple[float, ...] = (0.45, 0.12, 0.10, 0.35)
     most: float = 2.9
 
     def numbers(self) -> F64:
@@ -155,6 +160,43 @@ class WetLayer(_Running):
         """The wet layer as covering paint: its paper hides the layers below the strokes."""
         return _on_part(self._laid, painted, camera, surface)
 
+    def losing(self, views: Sequence[tuple[Frame, Camera]], share: float = LOST) -> "WetLayer":
+        """The layer that loses this share of the outline in views: the lightest, away from the focus.
+
+        There the paper of the light side runs into that around. Thin and dark parts keep their outlines. The
+        score from which outlines are lost is one number for all frames, and what it is compared with lies in
+        space, so that no outline pops as the camera moves.
+
+        Args:
+            views: pictures of the strokes, with depth.
+            share: 0 to 1; less is lost if the rest of the outline belongs to thin or dark parts.
+        """
+        if self.is_room:
+            return self
+        scores = np.sort(np.concatenate([np.zeros(0), *(self._scores(*view) for view in views)]))[::-1]
+        is_losable = np.isfinite(scores)
+        if not is_losable.any():
+            return self
+        last = min(round(share * len(scores)), int(is_losable.sum())) - 1
+        _, over, by_noise, by_focus = self.washes.lost
+        first = max(float(scores[max(last, 0)]), LEAST_LOST) - over
+        return replace(self, washes=replace(self.washes, lost=(first, over, by_noise, by_focus)))
+
+    def _scores(self, painted: Frame, camera: Camera) -> Array:
+        """[n] scores of the pixels of the outline, see `wet_reference.mix_washes`; -inf at thin parts."""
+        assert painted.depth is not None, "effects have a depth"
+        height, width = painted.alpha.shape
+        all_of = slice(0, height), slice(0, width)
+        part = _Part(painted.rgb, painted.alpha, painted.depth, *all_of, camera, surface=None)
+        noise, (_, _, tones) = self._parts(part)
+        thick = _losable(painted.alpha, part.diagonal)[1]
+        inside = np.pad(painted.alpha > 0.5, 1, mode="edge")
+        around = inside[:-2, 1:-1] & inside[2:, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
+        outline = inside[1:-1, 1:-1] & ~around
+        _, _, by_noise, by_focus = self.washes.lost
+        scores = np.exp(-tones) + by_noise * noise[..., 1] - by_focus * noise[..., 2]
+        return np.asarray(np.where(thick > 0.5, scores, -np.inf)[outline])
+
     def stand_in(self, coat: "Coat") -> "Coat":
         """See `Effect`: the strokes in colours mapped by the tone curve."""
         keyed = in_colors(coat.strokes, self.key.base_colors(coat.strokes))
@@ -163,15 +205,9 @@ class WetLayer(_Running):
     def _laid(self, part: "_Part") -> tuple[Array, Array]:
         """Colours and alpha of a part of a picture."""
         alpha, dtype = part.alpha, part.rgb.dtype
-        noise = part.noise(self.anchor)
-        focus = np.where(alpha > 0, in_focus(noise[..., 2]), 0).astype(dtype)
-        noise[..., 2] = focus
-        colors = self.key.colors(part.rgb, alpha)
-        wetness = np.clip(0.5 * noise[..., 1] + 0.45, 0, 1) * (1 - 0.85 * focus)
-        smoothed = [self._smoothed(colors, one, part.diagonal, wetness, focus) for one in self.smoothing]
-        parted = _parted(smoothed, noise, self.washes)
+        noise, parted = self._parts(part)
         blurred = smooth(parted[1].copy(), RIM * part.diagonal)
-        soft = None if self.is_room else smooth(alpha[..., None].copy(), LOSS * part.diagonal)[..., 0]
+        soft = None if self.is_room else _losable(alpha, part.diagonal)[0]
         if self.is_room:
             border = part.cut(ragged_border(*part.shape, dtype.name))
         else:  # washes do not run beyond painted pixels
@@ -179,12 +215,34 @@ class WetLayer(_Running):
         sheet = part.grain, border, part.paper
         return _mixed(parted, blurred, noise, (alpha, soft), sheet, self.washes)
 
+    def _parts(self, part: "_Part") -> tuple[Array, tuple[Array, Array, Array]]:
+        """Noise with the focus [h, w, 3], and the washes, see `_parted`."""
+        noise = part.noise(self.anchor)
+        focus = np.where(part.alpha > 0, in_focus(noise[..., 2]), 0).astype(part.rgb.dtype)
+        noise[..., 2] = focus
+        colors = self.key.colors(part.rgb, part.alpha)
+        wetness = np.clip(0.5 * noise[..., 1] + 0.45, 0, 1) * (1 - 0.85 * focus)
+        smoothed = [self._smoothed(colors, one, part.diagonal, wetness, focus) for one in self.smoothing]
+        return noise, _parted(smoothed, noise, self.washes)
+
     def _smoothed(self, colors: Array, wash: Wash, diagonal: float, wetness: Array, focus: Array) -> Array:
         """The colours smoothed for one wash."""
         sigma = wash.width * diagonal
         loose = (1 + wash.loose * (1 - focus)) * (wash.edge / sigma)
         hold = (1 - 0.92 * np.minimum(wash.wet * wetness, 1)) / loose
         return smooth(colors.copy(), sigma, guide=colors, hold=hold.astype(colors.dtype))
+
+
+def _losable(alpha: Array, diagonal: float) -> tuple[Array, Array]:
+    """[h, w] 0.5 at outlines that may be lost to 1 where none is, and how thick parts are there, 0 to 1."""
+
+    def blurred(plane: Array, width: float) -> Array:
+        return smooth(plane[..., None].copy(), width * diagonal)[..., 0]
+
+    soft = blurred(alpha, LOSS)
+    inside = blurred(soft * alpha, NEARBY * LOSS) / np.maximum(blurred(alpha, NEARBY * LOSS), 1e-6)
+    thick = smoothstep((inside - THIN) / (THICK - THIN)).astype(alpha.dtype)
+    return np.asarray(1 - thick * (1 - soft)), thick
 
 
 @dataclass(frozen=True)

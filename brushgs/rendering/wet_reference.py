@@ -142,7 +142,7 @@ def mix_washes(
         parted: see `part_washes`.
         blurred: [H, W, 3] its means, blurred.
         noise: [H, W, 3] flow, slow noise and focus.
-        alphas: [H, W] coverage by strokes, and the same blurred or None.
+        alphas: [H, W] coverage by strokes; 0.5 at an outline that may be lost to 1 where none is, or None.
         sheet: [H, W] grain, [H, W] border and [H, W, 3] colour of the paper; or None.
         washes: numbers.
     """
@@ -158,8 +158,9 @@ def mix_washes(
     share = 1 - smoothstep((limit - tones) / washes.light[1])
     share = share * (1 + washes.grain * grain * np.clip(1.3 * (means[..., 0] + means[..., 1]), 0.12, 1))
     if soft is not None:
-        lost = smoothstep((np.exp(-tones) - washes.lost[0]) / washes.lost[1] + washes.lost[2] * slow)
-        share = share * (1 - lost * (1 - 0.8 * focus) * (1 - np.clip(2 * soft - 1, 0, 1)))
+        first, range_, noise_share, focus_share = washes.lost
+        score = np.exp(-tones) + noise_share * slow - focus_share * focus
+        share = share * (1 - smoothstep((score - first) / range_) * (1 - smoothstep(2 * soft - 1)))
     if border is not None:
         share = share * border
     sums = (densities.reshape(*flow.shape, 3, 3) * factors[..., None]).sum(axis=-2)

@@ -164,3 +164,24 @@ def test_a_room_ends_in_a_ragged_border_of_paper():
     assert first.std() > 1  # ragged
     with pytest.raises(ValueError, match="read-only"):
         border[0] = 1
+
+
+def test_the_lightest_part_of_an_outline_is_lost_and_what_is_thin_or_dark_keeps_it():
+    """A disc, lighter to the right, and a light strip beside it, of one hue."""
+    camera, white = camera_of(120, 240), np.ones(3)
+    y, x = np.mgrid[:120, :240]
+    strip = (abs(x - 200) < 2) & (abs(y - 60) < 50)
+    alpha = (strip | (np.hypot(x - 90, y - 60) < 50)).astype(np.float64)
+    light = np.where(strip, 0.7, 0.05 + 0.65 * np.clip((x - 40) / 100, 0, 1))
+    frame = Frame((light * alpha)[..., None] * (1.0, 0.98, 0.96), alpha, 4 * alpha)
+    layer = WetLayer(Key(0.05, 0.95), Anchor((0, 0, 4), 4.0, (0, -50, 4), 1.0, seed=3), False)
+    whole = replace(layer, washes=replace(layer.washes, lost=(9.0, *layer.washes.lost[1:])))
+    before, after = (
+        1 - one(frame, camera, None).over(white).mean(axis=2)
+        for one in (whole, layer.losing([(frame, camera)]))
+    )
+    left = after / np.maximum(before, 1e-9)
+    assert left[60, 136:138].max() < 0.5  # beside the outline, in the light
+    assert left[60, 44:48].min() > 0.75  # likewise in the dark
+    assert left[60, 48:120].min() > 0.9
+    assert left[60, 199:202].min() > 0.98

@@ -454,9 +454,9 @@ void mix_run(const MixParams<T>& params, const WashNumbers<T>& n, std::size_t fi
         load(params.soft + first, count, more);
         for (int i = 0; i < kRun; ++i) {
             const T luma = exp_of(-tones[0][i]);
-            const T lost = smoothstep<T>((luma - n.lost[0]) / n.lost[1] + n.lost[2] * noise[1][i]);
-            const T kept = within<T>(2 * more[0][i] - 1, 0, 1);
-            shares[i] *= 1 - lost * (1 - T(0.8) * noise[2][i]) * (1 - kept);
+            const T score = luma + n.lost[2] * noise[1][i] - n.lost[3] * noise[2][i];
+            const T lost = smoothstep<T>((score - n.lost[0]) / n.lost[1]);
+            shares[i] *= 1 - lost * (1 - smoothstep<T>(2 * more[0][i] - 1));
         }
     }
     if (params.border != nullptr) {

@@ -81,6 +81,7 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "WET_SPILL": wet_layer.SPILL,
         "WET_RIM": wet_layer.RIM,
         "WET_LOSS": wet_layer.LOSS,
+        "WET_THICK": (wet_layer.NEARBY, wet_layer.THIN, wet_layer.THICK),
         "SHADOW_RANGE": (wet_layer.SHADOW_EDGE, wet_layer.SHADOW_WANDER),
         "SHADOW_FADE": (wet_layer.SHADOW_SOFTNESS, wet_layer.SHADOW_LEAST),
         "LEAST_COLOR": wet_reference.LEAST_COLOR,

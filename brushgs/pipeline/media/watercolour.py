@@ -35,7 +35,7 @@ def watercolour(materials: Materials) -> list[Coat]:
     """The coats of a watercolour."""
     media, strokes = numbers_of(Watercolour, materials), materials.strokes
     settled = Settled.of(materials, paper=media.paper)
-    layer = WetLayer(settled.key, settled.anchor, settled.is_room, _washes(media))
+    layer = WetLayer(settled.key, settled.anchor, settled.is_room, _washes(media)).losing(settled.views)
     coats = [replace(materials.smudge("wash", strokes), effect=layer)]
     rows = _touched(materials, settled, media.touches)
     if len(rows):

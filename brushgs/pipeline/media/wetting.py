@@ -36,13 +36,13 @@ class Settled:
         key: values.
         anchor: of the noise and the focus.
         is_room: whether strokes fill the pictures.
-        camera: the first view; None without.
+        views: small pictures of the strokes in a few views, the first first.
     """
 
     key: Key
     anchor: Anchor
     is_room: bool
-    camera: Camera | None
+    views: tuple[tuple[Frame, Camera], ...]
 
     @classmethod
     def of(cls, materials: Materials, *, paper: float) -> "Settled":
@@ -50,26 +50,28 @@ class Settled:
         strokes = materials.strokes
         cameras = some_small(materials.cameras, MOST_VIEWS, SIDE) if materials.cameras else []
         kernel = StrokeTexture.open("gaussian")
-        frames = [render(strokes, camera, kernel) for camera in cameras] if len(strokes) else []
+        frames = [render(strokes, camera, kernel) for camera in cameras]
+        views = tuple(zip(frames, cameras, strict=True))
         lumas = np.concatenate([np.zeros(0), *(_lumas(frame) for frame in frames)])
         if len(lumas) == 0:
-            return cls(Key(0.0, 1.0), _anchor_of(strokes), False, cameras[0] if cameras else None)
+            return cls(Key(0.0, 1.0), _anchor_of(strokes), False, views)
         is_room = float(np.mean([np.mean(frame.alpha > IS_PAINTED) for frame in frames])) > FULL
         low, high = np.percentile(lumas, [DARKS, 100 * (1 - paper)])
         if not is_room:  # paper lies all around: only what is white is left
             high += LIFT * max(WHITE - float(high), 0)
         solid = ROOM_SOLID if is_room else Key.solid
         key = Key(float(low), float(max(high, low + LEAST_RANGE)), solid=solid)
-        return cls(key, _anchor_in(frames[0], cameras[0]), is_room, cameras[0])
+        return cls(key, _anchor_in(frames[0], cameras[0]), is_room, views)
 
     def widths(self, points: Array) -> F64:
         """[N] width of the first view at the depth of points; without a view the scale of the noise."""
-        if self.camera is None:
+        if not self.views:
             return np.full(len(points), self.anchor.scale)
-        row = self.camera.viewmat[2]
+        _, camera = self.views[0]
+        row = camera.viewmat[2]
         depths = points.astype(np.float64) @ row[:3] + row[3]
-        least = max(self.camera.near, 0.1 * self.anchor.scale)
-        return np.asarray(np.maximum(depths, least) * self.camera.width / self.camera.K[0, 0])
+        least = max(camera.near, 0.1 * self.anchor.scale)
+        return np.asarray(np.maximum(depths, least) * camera.width / camera.K[0, 0])
 
 
 def _lumas(frame: Frame) -> F64:

@@ -70,7 +70,7 @@ struct WashNumbers {
     T grain;           // granulation
     T light[2];        // density of the second wash below which the paper is left, and over which that fades
     T light_noise[2];  // of that limit: with the grain, and with the flow
-    T lost[3];         // luma from which the outline is lost, over which that grows, and with the slow noise
+    T lost[4];         // score from which the outline is lost, over which that grows; its slow noise and focus
     T most;            // density
 };
 
@@ -95,7 +95,7 @@ struct MixParams {
     const T* tones;      // [pixels]
     const T* noise;      // [pixels, 3]
     const T* alpha;      // [pixels] of the strokes
-    const T* soft;       // [pixels] the same blurred; null: no outline is lost
+    const T* soft;       // [pixels] 0.5 at an outline that may be lost, 1 where none is; null: none is anywhere
     const T* grain;      // [pixels] of the paper, 0 (a valley) to 1; null: smooth
     const T* border;     // [pixels] share of the washes there; null: all
     const T* paper;      // [pixels, 3]; null: white

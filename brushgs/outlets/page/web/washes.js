@@ -74,13 +74,26 @@ function wetLayer({ key, washes, smoothing, isRoom }, size, colors, alpha, noise
       }
     }
   });
-  const soft = isRoom ? null : smoothPlanes(alpha.slice(), 1, size, WET_LOSS * diagonal);
+  const [first, range, noiseShare, focusShare] = washes.lost;
+  const soft = isRoom ? null : losable(alpha, size);
   const strength = isRoom ? raggedBorder(size) : filled(new Float32Array(count), (i) => {
-    const lost = smoothed((Math.exp(-tones[i]) - washes.lost[0]) / washes.lost[1] + washes.lost[2] * slow[i]);
-    const kept = Math.min(1, Math.max(0, 2 * soft[i] - 1));
-    return smoothed(WET_SPILL * alpha[i]) * (1 - lost * (1 - 0.8 * focus[i]) * (1 - kept));
+    const score = Math.exp(-tones[i]) + noiseShare * slow[i] - focusShare * focus[i];
+    const lost = smoothed((score - first) / range) * (1 - smoothed(2 * soft[i] - 1));
+    return smoothed(WET_SPILL * alpha[i]) * (1 - lost);
   });
   return { densities, tones, focus, strength, cover: alpha.map((value) => smoothed(2 * (value - 0.4))) };
+}
+
+/** 0.5 at outlines that may be lost to 1 where none is: `_losable`. */
+function losable(alpha, size) {
+  const [nearby, thin, whole] = SHARED.WET_THICK;
+  const blurred = (plane, width) => smoothPlanes(plane.slice(), 1, size, width * WET_LOSS * size.diagonal);
+  const soft = blurred(alpha, 1), covered = blurred(alpha, nearby);
+  const inside = blurred(soft.map((one, i) => one * alpha[i]), nearby);
+  return soft.map((one, i) => {
+    const thick = smoothed((inside[i] / Math.max(covered[i], 1e-6) - thin) / (whole - thin));
+    return 1 - thick * (1 - one);
+  });
 }
 
 /** One wash in the colour of its strokes, over the area that they cover. */
