@@ -271,14 +271,21 @@ def path_config(
             path["orbit"] = default_orbit
         check_given(vars(args), flag_of, PATH_RULES)
         return PathConfig(**path)
+    _check_no_path(args, is_moving=is_moving)
+    return None
+
+
+def _check_no_path(args: Namespace, *, is_moving: bool) -> None:
+    """Raise a ValueError if flags need a path, which there is not."""
     for dest in [name for name in vars(args) if name.startswith(("path.", "sequence.", "hand."))]:
         if is_moving and (dest in OF_FILMS or not dest.startswith("path.")):
             continue
         needed = "--orbit or --path" if is_moving or dest in OF_PATHS else "--orbit, --path or --grow"
         reason = "a fixed camera does not use it" if is_moving else "a single picture does not use it"
         raise ValueError(f"{flag_of(dest)} needs {needed}; {reason}")
-    if not is_moving and any(one.name == "hold" for one in given(args, "strokes").get("maps", ())):
+    if is_moving:
+        return
+    if any(one.name == "hold" for one in given(args, "strokes").get("maps", ())):
         raise ValueError("map hold needs --orbit, --path or --grow; a single picture does not use it")
-    if not is_moving and given(args, "draw").get("lock") == "track":
+    if given(args, "draw").get("lock") == "track":
         raise ValueError(NO_TRACK)
-    return None

@@ -117,21 +117,25 @@ def _parts(value: object) -> Iterator[bytes]:
     elif isinstance(value, (str, Path)):
         yield str(value).encode()
         yield _of_folder(value) if isinstance(value, Path) and value.is_dir() else _of_file(Path(value))
-    elif isinstance(value, (tuple, list)):
-        yield str(len(value)).encode()
-        for one in value:
-            yield from _parts(one)
-    elif isinstance(value, Mapping):
-        yield from _parts([*value.items()])
-    elif isinstance(value, SceneSource):
-        yield from _parts(_files_of(value))
-        yield from _parts([getattr(value, name) for name in value.__struct_fields__])
-    elif isinstance(value, Struct):
-        yield from _parts([getattr(value, name) for name in value.__struct_fields__])
-    elif is_dataclass(value) and not isinstance(value, type):
-        yield from _parts([getattr(value, one.name) for one in fields(value)])
     else:
-        raise Unnamed
+        items = _items_of(value)
+        yield str(len(items)).encode()
+        for one in items:
+            yield from _parts(one)
+
+
+def _items_of(value: object) -> Sequence[object]:
+    """The values that a value consists of."""
+    if isinstance(value, (tuple, list)):
+        return value
+    if isinstance(value, Mapping):
+        return [*value.items()]
+    if isinstance(value, Struct):
+        own = [getattr(value, name) for name in value.__struct_fields__]
+        return [*_files_of(value), *own] if isinstance(value, SceneSource) else own
+    if is_dataclass(value) and not isinstance(value, type):
+        return [getattr(value, one.name) for one in fields(value)]
+    raise Unnamed
 
 
 def _files_of(source: SceneSource) -> list[Path]:

@@ -50,11 +50,9 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
     found: dict[str, dict[str, Any]] = {step: dict(of_step) for step, of_step in values.items()}
     broken = [(_broken_color(style, marks), share) for style, marks, share in drawn]
     lit = [((1 - style.flatness) * marks.relief, share) for style, marks, share in drawn if marks.relief > 0]
-    # A print has neither ridges of paint nor a canvas.
     flat = sum(share * style.flatness for style, _, share in drawn)
     if flat > 0:
-        for field in ("relief", "canvas_strength"):
-            found.setdefault("light", {})[field] = (1 - flat) * _of_look(values, "light", field)
+        found["light"] = found.get("light", {}) | _flattened(values, flat)
     for step, field, wanted in (("strokes", "broken_color", broken), ("light", "relief", lit)):
         start = _of_look(values, step, field)
         if wanted:
@@ -67,6 +65,11 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
     if ground := _moved_ground(values, marked):
         found["ground"] = found.get("ground", {}) | ground
     return found
+
+
+def _flattened(values: StepValues, flat: float) -> dict[str, float]:
+    """Relief and canvas with a share of prints, which have neither ridges of paint nor threads."""
+    return {field: (1 - flat) * _of_look(values, "light", field) for field in ("relief", "canvas_strength")}
 
 
 def _broken_color(style: Style, marks: StyleMarks) -> float:

@@ -70,25 +70,7 @@ def levels_for(
     Raises:
         ValueError: if a brush is beyond the set; the message starts with `where`.
     """
-    of_box = np.empty(0, np.uint16)  # all boxes use the first level
-    chosen: list[tuple[int, list[Code]]] = []  # brushes in use, and the codes of their levels
-    rows = brush_set.rows_of(where, boxes.brushes)
-    if rows is not None:
-        by_brush = np.argsort(rows, kind="stable")
-        counts = np.bincount(rows, minlength=1)
-        half_extents, in_order = boxes.half_extents[by_brush], np.zeros(len(boxes), np.uint16)
-        first, ends = 0, np.cumsum(counts)
-        for brush in np.flatnonzero(counts).tolist():
-            own = slice(ends[brush] - counts[brush], ends[brush])
-            codes, level = _levels_of(half_extents[own], brush_set.textures[brush], filter)
-            in_order[own] = first + level if len(level) else first
-            chosen.append((brush, codes))
-            first += len(codes)
-        of_box = np.empty_like(in_order)
-        of_box[by_brush] = in_order
-    elif brush_set.kind == "image":
-        codes, of_box = _levels_of(boxes.half_extents, brush_set.textures[0], filter)
-        chosen.append((0, codes))
+    chosen, of_box = _chosen(where, boxes, brush_set, filter)
     found: list[Level] = []
     for brush, codes in chosen:
         found += packed_levels(brush_set.textures[brush], codes, heights=heights, num_threads=num_threads)
@@ -129,6 +111,32 @@ def coverage_gradients(brush_set: BrushSet, levels: TextureLevels, v_texels: lis
                 values = values.sum(axis, keepdims=True)
         totals[brush][...] += level_gradient(coverage, *code, values)
     return totals
+
+
+def _chosen(
+    where: str, boxes: Boxes, brush_set: BrushSet, filter: Filter
+) -> tuple[list[tuple[int, list[Code]]], NDArray[np.uint16]]:
+    """Brushes in use with the codes of their levels, and each box's row among these; none: all the first."""
+    rows = brush_set.rows_of(where, boxes.brushes)
+    if rows is None:
+        if brush_set.kind != "image":
+            return [], np.empty(0, np.uint16)  # all boxes use the first level
+        codes, of_box = _levels_of(boxes.half_extents, brush_set.textures[0], filter)
+        return [(0, codes)], of_box
+    chosen: list[tuple[int, list[Code]]] = []
+    by_brush = np.argsort(rows, kind="stable")
+    counts = np.bincount(rows, minlength=1)
+    half_extents, in_order = boxes.half_extents[by_brush], np.zeros(len(boxes), np.uint16)
+    first, ends = 0, np.cumsum(counts)
+    for brush in np.flatnonzero(counts).tolist():
+        own = slice(ends[brush] - counts[brush], ends[brush])
+        codes, level = _levels_of(half_extents[own], brush_set.textures[brush], filter)
+        in_order[own] = first + level if len(level) else first
+        chosen.append((brush, codes))
+        first += len(codes)
+    of_box = np.empty_like(in_order)
+    of_box[by_brush] = in_order
+    return chosen, of_box
 
 
 def _levels_of(

@@ -86,7 +86,7 @@ function wetLayer({ key, washes, smoothing, isRoom }, size, colors, alpha, noise
 
 /** 0.5 at outlines that may be lost to 1 where none is: `_losable`. */
 function losable(alpha, size) {
-  const [nearby, thin, whole] = SHARED.WET_THICK;
+  const nearby = SHARED.WET_NEARBY, [thin, whole] = SHARED.WET_THICK;
   const blurred = (plane, width) => smoothPlanes(plane.slice(), 1, size, width * WET_LOSS * size.diagonal);
   const soft = blurred(alpha, 1), covered = blurred(alpha, nearby);
   const inside = blurred(soft.map((one, i) => one * alpha[i]), nearby);
