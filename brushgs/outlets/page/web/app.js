@@ -3,7 +3,7 @@
 const PIXEL_RATIO = 1.5; // of a picture that moves: strokes are large
 const MAX_PIXEL_RATIO = 2.5; // of one at rest, where the device is fast enough
 const RESTING_MS = 400; // that a picture at rest may take
-const WHOLE_MS = 150; // of rest, after which effects are made as a whole: that may take a second
+const WHOLE_MS = [150, 2000]; // of rest, after which effects are made as a whole: as long as that took last time
 const FIRST = { share: 0.5, underpaintStep: SHARED.UNDERPAINT_STEP }; // of the first picture: it is there sooner
 const CONTEXT = { antialias: false, alpha: true, premultipliedAlpha: true, depth: false };
 const NO_WEBGL = "This browser cannot paint: it has no WebGL 2.";
@@ -26,6 +26,7 @@ class App {
     this._isTimed = false; // whether it is known how long a picture at rest takes
     this._request = 0;
     this._making = 0; // timer
+    this._makingMs = 0; // that effects took
     this._drawnAt = null; // ms, of the frame before in a movement
     this._onFrame = this._onFrame.bind(this);
     window.addEventListener("error", (event) => {
@@ -246,8 +247,11 @@ class App {
     this._paint(atMost(this._restingRatio), { ...this.look, isWhole: !hasEffects });
     if (!hasEffects) return;
     this._making = setTimeout(() => {
-      if (this.painter && !this.isPaused) this._paint(atMost(this._restingRatio));
-    }, WHOLE_MS);
+      if (!this.painter || this.isPaused) return;
+      const start = performance.now();
+      this._paint(atMost(this._restingRatio));
+      this._makingMs = performance.now() - start;
+    }, Math.min(Math.max(this._makingMs, WHOLE_MS[0]), WHOLE_MS[1]));
   }
 
   /** Paint at rest, and see whether the device is fast enough for all of its pixels. */
