@@ -202,8 +202,8 @@ def test_a_quality_lies_between_a_look_and_what_is_given(words, strokes, strokes
     assert found == (strokes, strokes_for, economy)
 
 
-def test_a_quality_says_first_how_long_it_takes(scene, capsys):
-    words = ["render", scene, "--look", "plain", "--size", "64x48", "-o", "a.png"]
+def test_a_quality_says_first_how_long_it_takes(scene, tmp_path, capsys):
+    words = ["render", scene, "--look", "plain", "--size", "64x48", "-o", tmp_path / "a.png"]
     said = run(capsys, *words, "--quality", "draft")[2]
     assert re.search(r"note: this takes about [0-9.]+ seconds on this machine", said)
     assert "this takes" not in run(capsys, *words)[2]
