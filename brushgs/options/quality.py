@@ -1,6 +1,6 @@
 """The values of `--quality`: how much of a painting is made, from a draft to a picture to keep.
 
-The counts follow the measured curves of error over time (`examples/measured/curves.md`). From 1,500 to 6,000
+The counts follow the measured curves of bare strokes (`examples/measured/curves.md`). From 1,500 to 6,000
 strokes the error falls by 2 to 3 dB and a whole painting takes 1.1 to 1.3 times as long; doubling once more
 brings about 1 dB for 1.2 to 1.4 times. Of a count that is chosen by the scene, "good" takes the knee of a
 still, and "final" that of a film, which has 2 to 5 times as many strokes. No value draws more samples per

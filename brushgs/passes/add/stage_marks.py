@@ -71,7 +71,8 @@ def shadow_marks(
         for turn, least in zip(turns, levels, strict=True)
     ]
     points, shades, angles = (np.concatenate(column) for column in zip(*parts, strict=True))
-    opacities = marking.opacity * np.clip(1 / 3 + (2 / 3 if marking.is_even else 0) + shades, 0, 1)
+    least = 1.0 if marking.is_even else 1 / 3
+    opacities = marking.opacity * np.clip(least + shades, 0, 1)
     return _flat_marks(place, points, angles, length * (0.85 + 0.3 * g.random(len(points))), width, opacities)
 
 
