@@ -354,8 +354,7 @@ class Row:
             return self.read(given)
         if not is_strict and self.kinds[0] is str:
             given = _as_text(given)
-        has_form = self.option.read is not None and get_origin(self.kinds[0]) is not tuple
-        if is_strict and has_form and self.kinds[0] not in (int, float, bool, str):
+        if is_strict and self._is_text_form():
             raise ValueError(f"must be text in quotes, got {shown(given)}")
         try:
             return self._held(fitted(given, self.kind))
@@ -363,6 +362,12 @@ class Row:
             if is_strict or self.option.read is None or isinstance(given, bool | Mapping):
                 raise
         return self.read(self.text_of(tuple(given) if isinstance(given, list) else given))
+
+    def _is_text_form(self) -> bool:
+        """Whether values are an object that text describes, rather than a number, a word or a list."""
+        kind = self.kinds[0]
+        is_plain = get_origin(kind) is tuple or kind in (int, float, bool, str)
+        return self.option.read is not None and not is_plain
 
 
 def _as_text(given: Any) -> Any:

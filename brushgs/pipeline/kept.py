@@ -312,11 +312,18 @@ def _encoded(value: Any, arrays: dict[str, Any], given: Collection[str]) -> Any:
         return {"tuple": items} if isinstance(value, tuple) else items
     if isinstance(value, dict) and all(isinstance(key, str) for key in value):
         return {"dict": {key: _encoded(one, arrays, given) for key, one in value.items()}}
+    return {
+        "class": _known_class(value),
+        "fields": {one.name: _encoded(getattr(value, one.name), arrays, given) for one in fields(value)},
+    }
+
+
+def _known_class(value: Any) -> str:
+    """The name of the class of a value. Raises Unnamed if results of this class are not kept."""
     kind = type(value)
     if _CLASSES.get(kind.__name__) != kind.__module__:
         raise Unnamed
-    parts = {one.name: _encoded(getattr(value, one.name), arrays, given) for one in fields(value)}
-    return {"class": kind.__name__, "fields": parts}
+    return kind.__name__
 
 
 def _decoded(found: Any, known: Mapping[str, Any]) -> Any:

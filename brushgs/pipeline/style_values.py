@@ -48,23 +48,27 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
         return values
     marked = [(marks, share) for _, marks, share in drawn]
     found: dict[str, dict[str, Any]] = {step: dict(of_step) for step, of_step in values.items()}
-    broken = [(_broken_color(style, marks), share) for style, marks, share in drawn]
-    lit = [((1 - style.flatness) * marks.relief, share) for style, marks, share in drawn if marks.relief > 0]
     flat = sum(share * style.flatness for style, _, share in drawn)
     if flat > 0:
         found["light"] = found.get("light", {}) | _flattened(values, flat)
+    broken = [(_broken_color(style, marks), share) for style, marks, share in drawn]
+    lit = [((1 - style.flatness) * marks.relief, share) for style, marks, share in drawn if marks.relief > 0]
     for step, field, wanted in (("strokes", "broken_color", broken), ("light", "relief", lit)):
-        start = _of_look(values, step, field)
         if wanted:
-            change = sum(share * (of_style - start) for of_style, share in wanted)
-            found.setdefault(step, {})[field] = start + change
+            found.setdefault(step, {})[field] = _blended(_of_look(values, step, field), wanted)
     count = _of_look(values, "cluster", "strokes")
     if isinstance(count, UsualCount):
-        change = sum(share * (log(count_of(marks)) - log(count.count)) for marks, share in marked)
-        found.setdefault("cluster", {})["strokes"] = UsualCount(round(count.count * exp(change)))
+        factors = [(log(count_of(marks)) - log(count.count), share) for marks, share in marked]
+        moved = round(count.count * exp(_blended(0.0, factors)))
+        found.setdefault("cluster", {})["strokes"] = UsualCount(moved)
     if ground := _moved_ground(values, marked):
         found["ground"] = found.get("ground", {}) | ground
     return found
+
+
+def _blended(start: float, wanted: Sequence[tuple[float, float]]) -> float:
+    """A number of a look moved toward those of styles, each by its share."""
+    return start + sum(share * (of_style - start) for of_style, share in wanted)
 
 
 def _flattened(values: StepValues, flat: float) -> dict[str, float]:

@@ -422,9 +422,7 @@ def _layers(
     is_image, kernel = textures[0].kind == "image", StrokeTexture.open("gaussian")
     brushes = np.zeros(len(boxes), int) if boxes.brushes is None or not is_image else boxes.brushes
     reaches = None if underpaint is None else underpaint.reaches(boxes)
-    streaks = streaks if is_image else 0.0
-    is_smooth = BrushSet(tuple(textures)).without_bristles(boxes.brushes) if streaks else None
-    starts, weights = streak_starts(boxes), streak_weights(boxes, streaks, is_smooth)
+    starts, weights = _streaks_of(boxes, textures, streaks if is_image else 0.0)
     copies: _Copies = {}
     heights: _Copies = {}
     tints: _Copies = {}
@@ -446,13 +444,26 @@ def _layers(
         shade = _streaks(t * scale[1], int(starts[row]), weights[row]) if is_streaked else np.ones_like(t)
         paint = np.zeros_like(t)
         if relief:
-            assert boxes.reliefs is not None, "only boxes with reliefs have a height"
-            thickness, gain = boxes.reliefs[row].astype(np.float64)
-            paint += thickness * (UNDERPAINT_THICKNESS if is_underpaint else 1)
-            paint += gain * _heights_in(filling, size, s, t, filter, heights)
+            thickness, gain = _relief_of(boxes, row, bool(is_underpaint))
+            paint += thickness + gain * _heights_in(filling, size, s, t, filter, heights)
         alpha = np.where(is_inside, alpha, 0)
         tint = None if filling.tint is None else _tint_of_box(filling, size, s, t, filter, tints)
         yield _Layer(row, bool(is_underpaint), float(depth), window, alpha, shade, paint, tint)
+
+
+def _streaks_of(
+    boxes: Boxes, textures: Sequence[StrokeTexture], streaks: float
+) -> tuple[NDArray[np.uint8], Array]:
+    """Starts and weights of the streaks of each box."""
+    is_smooth = BrushSet(tuple(textures)).without_bristles(boxes.brushes) if streaks else None
+    return streak_starts(boxes), streak_weights(boxes, streaks, is_smooth)
+
+
+def _relief_of(boxes: Boxes, row: int, is_underpaint: bool) -> tuple[float, float]:
+    """Thickness of the paint, and gain of the height of its texture."""
+    assert boxes.reliefs is not None, "only boxes with reliefs have a height"
+    thickness, gain = boxes.reliefs[row].astype(np.float64).tolist()
+    return thickness * (UNDERPAINT_THICKNESS if is_underpaint else 1), gain
 
 
 def _order(boxes: Boxes, depths: F64, has_underpaint: bool) -> list[tuple[float, int, int]]:

@@ -3,7 +3,7 @@
 Texels of levels are defined in `brushgs.brushes.levels`; here they are packed, and cached per texture.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 from weakref import WeakKeyDictionary
@@ -18,7 +18,7 @@ from brushgs.brushes.levels import (
     level_gradient,
     stroke_levels,
 )
-from brushgs.brushes.texture import StrokeTexture
+from brushgs.brushes.texture import StrokeTexture, Tint
 from brushgs.core.native import core as _core
 from brushgs.options.choices import Filter
 from brushgs.rendering.relief import paint_height
@@ -74,12 +74,20 @@ def levels_for(
     found: list[Level] = []
     for brush, codes in chosen:
         found += packed_levels(brush_set.textures[brush], codes, heights=heights, num_threads=num_threads)
+    brushes = [brush for brush, codes in chosen for _ in codes]
+    levels = _packed(found, [brush_set.textures[brush].tint for brush in brushes], of_box, heights)
+    all_codes = [code for _, codes in chosen for code in codes]
+    return TextureLevels(levels, brushes, all_codes, [level.shape for level in found])
+
+
+def _packed(
+    found: Sequence["Level"], tints: Sequence[Tint | None], of_box: NDArray[np.uint16], heights: bool
+) -> _core.Levels:
+    """Levels as the core takes them; `tints` are those of their brushes."""
     asked = found if heights else []
     with_heights = [pairs for level in asked if (pairs := level.pairs_with_height) is not None]
-    brushes = [brush for brush, codes in chosen for _ in codes]
-    tints = [brush_set.textures[brush].tint for brush in brushes]
     is_colored = any(tint is not None for tint in tints)
-    levels = _core.Levels(
+    return _core.Levels(
         pairs=[level.pairs for level in found],
         sizes=np.array([level.shape[::-1] for level in found], np.int32).reshape(-1, 2),
         reaches=np.array([level.reaches for level in found], np.float64).reshape(-1, 2),
@@ -88,8 +96,6 @@ def levels_for(
         tints=[level.tints for level in found] if is_colored else [],
         tint_steps=np.array([0.0 if tint is None else tint.step for tint in tints] if is_colored else []),
     )
-    all_codes = [code for _, codes in chosen for code in codes]
-    return TextureLevels(levels, brushes, all_codes, [level.shape for level in found])
 
 
 def count_levels(boxes: Boxes, brush_set: BrushSet) -> tuple[int, int]:

@@ -6,7 +6,7 @@ in vpype, which plots it.
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
@@ -59,8 +59,14 @@ def _lines_of(paths: Paths, description: str) -> Iterator[str]:
     if paths.ground is not None:
         color = "#" + "".join(f"{round(255 * min(max(one, 0), 1)):02x}" for one in paths.ground)
         yield f'<rect id="page" width="{paths.width}" height="{paths.height}" fill="{color}"/>\n'
-    coat, number, steps = "", 0, steps if soft else 255
-    for group in paths.groups:
+    yield from _layers_of(paths.groups, steps if soft else 255)
+    yield "</svg>\n"
+
+
+def _layers_of(groups: Sequence[PathGroup], steps: int) -> Iterator[str]:
+    """A layer for each run of groups of one coat, and one within it for each region."""
+    coat, number = "", 0
+    for group in groups:
         if group.coat != coat:
             number += 1
             yield ("</g>\n" if coat else "") + _layer(f"{number}-{group.coat}", group.coat, group)
@@ -71,7 +77,8 @@ def _lines_of(paths: Paths, description: str) -> Iterator[str]:
             yield _shape(path, steps)
         if group.region:
             yield "</g>\n"
-    yield ("</g>\n" if coat else "") + "</svg>\n"
+    if coat:
+        yield "</g>\n"
 
 
 def _layer(name: str, label: str, group: PathGroup | None) -> str:
