@@ -24,7 +24,8 @@ from msgspec.structs import replace
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.options.choices import DEFAULT_LOOK, LOOKS, PLAIN_LOOK, Knee, StepValues
 from brushgs.options.media import MEDIA, ROWS
-from brushgs.options.painting import STEPS, PaintConfig, UsualCount
+from brushgs.options.painting import STEPS, PaintConfig
+from brushgs.options.stroke_target import UsualCount
 from brushgs.options.styling import StyleShare
 from brushgs.options.table import Row, Struct, hint_for, in_files, read_table, rows_of, shown
 from brushgs.options.toml_values import located, read_text, read_toml

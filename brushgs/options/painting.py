@@ -15,7 +15,6 @@ import msgspec
 from brushgs.core.threads import MOST_THREADS
 from brushgs.options.choices import (
     COLORS,
-    MAX_SIDE,
     METHODS,
     PLAIN_STROKES,
     Clean,
@@ -46,18 +45,27 @@ from brushgs.options.maps import Map, make_maps, read_maps
 from brushgs.options.media import Medium, Paint, medium_of
 from brushgs.options.output import OutputConfig
 from brushgs.options.overpaint import OverpaintConfig
-from brushgs.options.paper import EXAMPLES, MM_PER_INCH, PaperSize, sheet_names
+from brushgs.options.paper import EXAMPLES, PaperSize, sheet_names
 from brushgs.options.projection import ProjectionConfig
 from brushgs.options.rules import Rules
+from brushgs.options.stroke_target import (
+    ErrorBudget,
+    StrokeSize,
+    StrokeTarget,
+    UsualCount,
+    parse_strokes,
+    size_from_text,
+    size_value,
+    strokes_value,
+)
 from brushgs.options.styling import AdjustConfig, StyleConfig
-from brushgs.options.table import Options, number, numbers, option, rows_of, share, shown
+from brushgs.options.table import Options, numbers, option, rows_of, share, shown
 from brushgs.options.where import WhereConfig
 
 DEFAULT_KEEP = 0.7  # share of the Gaussians, as published
 DEFAULT_STROKE = "impasto"  # works at any size; a swirl below about 20 px looks like a bubble
 DEFAULT_SIZE = (1280, 720)
 MAX_PAN = 10.0  # in picture sizes: more is a typing error
-MAX_PSNR = 100.0  # dB; 16-bit pictures reach no more
 MAX_BROKEN_COLOR = 0.2  # OKLab lightness: more would drown the scene's own light
 MAX_STREAKS = 0.5  # limit of the core
 
@@ -143,133 +151,6 @@ class PruneConfig(Options, frozen=True):
         return DEFAULT_KEEP if self.keep is None else self.keep
 
 
-class ErrorBudget(Options, frozen=True):
-    """A stroke count chosen by error: the fewest strokes that reach a PSNR to the plain picture.
-
-    `psnr` is in dB, above 0 and at most 100.
-    """
-
-    psnr: float
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not 0 < self.psnr <= MAX_PSNR:
-            raise ValueError(f"strokes must be above 0 dB and at most {MAX_PSNR:g} dB, got {self.psnr:g} dB")
-
-    def __str__(self) -> str:
-        return f"{self.psnr:g}dB"
-
-
-class StrokeSize(Options, frozen=True):
-    """A stroke count chosen by typical stroke length, see `brushgs.stroke_count.view_model.typical_size`.
-
-    `pixels` is above 0, at most the longest possible side of a picture. With `is_mm` it counts millimetres on
-    paper instead.
-    """
-
-    pixels: float
-    is_mm: bool = False
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not 0 < self.pixels <= MAX_SIDE:
-            unit = "mm" if self.is_mm else "px"
-            raise ValueError(f"stroke-size must be above 0 and at most {MAX_SIDE} {unit}, got {self}")
-
-    def __str__(self) -> str:
-        return f"{self.pixels:g}{'mm' if self.is_mm else 'px'}"
-
-    def at(self, dpi: float | None) -> "StrokeSize":
-        """The size in pixels.
-
-        Raises:
-            ValueError: if it is in millimetres and there is no size on paper.
-        """
-        if not self.is_mm:
-            return self
-        if dpi is None:
-            cure = "give one, such as --size A3@300, or the stroke size in px"
-            raise ValueError(f"stroke-size must be in px without a size on paper, got {self}; {cure}")
-        return StrokeSize(self.pixels / MM_PER_INCH * dpi)
-
-
-class UsualCount(Options, frozen=True):
-    """The stroke count of a look, not chosen by the user; stroke files keep all their strokes."""
-
-    count: int
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.count < 1:
-            raise ValueError(f"strokes must be a count >= 1, got {self.count}")
-
-    def __str__(self) -> str:
-        return str(self.count)
-
-
-StrokeTarget = Knee | ErrorBudget | StrokeSize  # criteria for choosing a stroke count
-KNEES: Mapping[str, Knee] = {knee: knee for knee in get_args(Knee)}
-
-
-def parse_strokes(text: str) -> int | float | Knee | ErrorBudget | None:
-    """A value of `ClusterConfig.strokes`: int for a count, float for a share, None for all.
-
-    Args:
-        text: a count such as "7000", a share such as "10%", "all", "auto" or "auto:frame", or a PSNR such as
-            "24dB".
-
-    Raises:
-        ValueError: if it is none of these, or out of range.
-    """
-    if text == "all":
-        return None
-    if text in KNEES:
-        return KNEES[text]
-    if text.lower().endswith("db") and (decibels := _number(text[:-2])) is not None:
-        return ErrorBudget(decibels)
-    if text.endswith("%") and (percent := _number(text[:-1])) is not None:
-        if not 0 < percent <= 100:
-            raise ValueError(f"strokes must be above 0 % and at most 100 %, got {text!r}")
-        return percent / 100
-    if re.fullmatch(r"\+?[0-9]{1,18}", text) and int(text) >= 1:
-        return int(text)
-    raise ValueError(
-        "strokes must be a count of 1 or more, a share such as 10%, all, auto, or a PSNR such as 24dB, got "
-        f"{text!r}"
-    )
-
-
-def _number(text: str) -> float | None:
-    try:
-        return number(text)
-    except ValueError:
-        return None
-
-
-def _strokes(given: Any) -> int | ErrorBudget | StrokeSize | UsualCount:
-    """A number of strokes from Python: a count, or a ready-made target."""
-    if isinstance(given, ErrorBudget | StrokeSize | UsualCount):
-        return given
-    if isinstance(given, bool) or not hasattr(given, "__index__") or given < 1:
-        raise ValueError(
-            "must be a count of 1 or more, a share such as '10%', all, auto, or a PSNR such as '24dB', got "
-            f"{shown(given)}"
-        )
-    return int(given)
-
-
-def _stroke_size(text: str) -> StrokeSize:
-    """Parse a typical stroke length in millimetres or pixels; the unit of pixels is optional."""
-    match = re.fullmatch(r"([0-9]+\.?[0-9]*|\.[0-9]+) ?(px|mm)?", text, re.IGNORECASE)
-    if match is None:
-        raise ValueError(f"must be a length above 0 such as 24px, or 8mm on paper, got {text!r}")
-    return StrokeSize(float(match[1]), is_mm=(match[2] or "").lower() == "mm")
-
-
-def _size_value(given: Any) -> StrokeSize:
-    return given if isinstance(given, StrokeSize) else _stroke_size(str(given))
-
-
 class StrokeSizeFlag(Options, frozen=True):
     """`--stroke-size`, the second flag of `ClusterConfig.strokes`."""
 
@@ -277,7 +158,7 @@ class StrokeSizeFlag(Options, frozen=True):
     # fmt: off
     strokes: Annotated[StrokeSize | None, option("typical length of strokes in the picture such as 24px, or "
         "8mm with a --size on paper, above 0; replaces --strokes #brush #size #thick #thin #width #large "
-        "#small #mm", flag="--stroke-size", metavar="PX|MM", read=_stroke_size, make=_size_value,
+        "#small #mm", flag="--stroke-size", metavar="PX|MM", read=size_from_text, make=size_value,
         alone="strokes", example="24px")] = None
     # fmt: on
 
@@ -297,7 +178,7 @@ class ClusterConfig(Options, frozen=True):
         "a share of the scene as loaded such as 10%; all; auto: the knee of error over painting time, for "
         "films over frame time (auto:frame: always over frame time); 24dB: the fewest that reach this PSNR "
         "to the plain picture, above 0 and at most 100 #number #count #detail #quality", default="auto",
-        metavar="COUNT|PERCENT|all|auto|DB", read=parse_strokes, make=_strokes,
+        metavar="COUNT|PERCENT|all|auto|DB", read=parse_strokes, make=strokes_value,
         alone="strokes", example="2000")] = "auto"
     features: Annotated[Features, option("features by which Gaussians are compared: 'balanced' (independent "
         "of the scene's unit) or 'paper' (as published)")] = "balanced"

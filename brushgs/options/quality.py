@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from typing import Any, Literal, get_args
 
 from brushgs.options.choices import StepValues
-from brushgs.options.painting import UsualCount
+from brushgs.options.stroke_target import UsualCount
 
 Quality = Literal["draft", "good", "final"]
 QUALITIES = get_args(Quality)

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import Brush, BrushSet
 from brushgs.options.choices import Features, Knee, Merge, Method
-from brushgs.options.painting import DEFAULT_STROKE, ClusterConfig, ErrorBudget, parse_strokes
+from brushgs.options.painting import DEFAULT_STROKE, ClusterConfig
+from brushgs.options.stroke_target import ErrorBudget, parse_strokes
 from brushgs.passes.reduce import cluster as passes
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.plain import PlainViews

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.errors import SceneWarning
-from brushgs.options.painting import ClusterConfig, ErrorBudget, StrokeSize
+from brushgs.options.painting import ClusterConfig
+from brushgs.options.stroke_target import ErrorBudget, StrokeSize
 from brushgs.pipeline.background import Background
 from brushgs.pipeline.report import Report, Stage
 from brushgs.values.camera import Camera

@@ -17,8 +17,9 @@ from brushgs.formats.pictures.numbered import Manifest, NumberedFiles
 from brushgs.formats.schema import shown
 from brushgs.options.clip import ClipConfig
 from brushgs.options.media import Medium
-from brushgs.options.painting import PaintConfig, UsualCount
+from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import GrowConfig
+from brushgs.options.stroke_target import UsualCount
 from brushgs.options.table import Options, changed, values_of
 from brushgs.pipeline.outputs import digest_of
 from brushgs.pipeline.prepare import Prepared

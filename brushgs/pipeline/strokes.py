@@ -12,16 +12,10 @@ import numpy as np
 
 from brushgs.errors import SceneError
 from brushgs.options.choices import STYLE_SUFFIX
-from brushgs.options.painting import (
-    DEFAULT_KEEP,
-    ClusterConfig,
-    ErrorBudget,
-    PaletteConfig,
-    PruneConfig,
-    StrokeSize,
-)
+from brushgs.options.painting import DEFAULT_KEEP, ClusterConfig, PaletteConfig, PruneConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.sequence import SequenceConfig
+from brushgs.options.stroke_target import ErrorBudget, StrokeSize
 from brushgs.pipeline.blocks.budget import Budget
 from brushgs.pipeline.count import choose_count, cluster_to_target, describe_search
 from brushgs.pipeline.make_strokes import StrokeMaker

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from brushgs.options.choices import StepValues, color_code
-from brushgs.options.painting import STEPS, UsualCount
+from brushgs.options.painting import STEPS
+from brushgs.options.stroke_target import UsualCount
 from brushgs.options.table import row_of
 from brushgs.passes.style.transport import is_grey
 from brushgs.pipeline.look import BOUGHT

@@ -38,14 +38,8 @@ import brushgs as bg
 from brushgs.cameras.framing import frame_scene, up_vector
 from brushgs.errors import SceneWarning
 from brushgs.measure.bench.subject import ASKS
-from brushgs.options.painting import (
-    ClusterConfig,
-    DrawConfig,
-    ErrorBudget,
-    PaintConfig,
-    StrokeSize,
-    ViewConfig,
-)
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
+from brushgs.options.stroke_target import ErrorBudget, StrokeSize
 from brushgs.pipeline.count import open_view_model
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report

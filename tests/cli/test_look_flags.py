@@ -11,14 +11,8 @@ from brushgs.cli.configs import paint_config, painting_name
 from brushgs.cli.parser import parse
 from brushgs.options.choices import DEFAULT_BACKDROP, LOOKS
 from brushgs.options.look import Look
-from brushgs.options.painting import (
-    CleanConfig,
-    ClusterConfig,
-    DrawConfig,
-    PaintConfig,
-    UsualCount,
-    ViewConfig,
-)
+from brushgs.options.painting import CleanConfig, ClusterConfig, DrawConfig, PaintConfig, ViewConfig
+from brushgs.options.stroke_target import UsualCount
 from tests.kit.commands import run
 from tests.kit.for_each import for_each
 

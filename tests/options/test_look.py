@@ -14,7 +14,8 @@ from brushgs.errors import SceneError
 from brushgs.options.choices import LOOKS
 from brushgs.options.look import MAX_BASES, MAX_BYTES, Look
 from brushgs.options.media import Charcoal, Ink, Paint, Watercolour
-from brushgs.options.painting import STEPS, PaintConfig, UsualCount
+from brushgs.options.painting import STEPS, PaintConfig
+from brushgs.options.stroke_target import UsualCount
 from brushgs.options.table import rows_of
 from tests.kit.for_each import for_each
 

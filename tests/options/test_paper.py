@@ -3,8 +3,9 @@
 import pytest
 
 from brushgs.options.output import OutputConfig, read_crop
-from brushgs.options.painting import ClusterConfig, PaintConfig, StrokeSize, ViewConfig, chosen_size
+from brushgs.options.painting import ClusterConfig, PaintConfig, ViewConfig, chosen_size
 from brushgs.options.paper import SHEETS, PaperSize
+from brushgs.options.stroke_target import StrokeSize
 from tests.kit.for_each import for_each
 
 

@@ -13,14 +13,13 @@ from brushgs.options.focus import Focus
 from brushgs.options.painting import (
     ClusterConfig,
     DrawConfig,
-    ErrorBudget,
     PaintConfig,
     PaletteConfig,
     StrokesConfig,
-    StrokeSize,
     ViewConfig,
 )
 from brushgs.options.sequence import PathConfig
+from brushgs.options.stroke_target import ErrorBudget, StrokeSize
 from brushgs.passes.color.broken_color import break_colors
 from brushgs.passes.color.repaint import repaint
 from brushgs.passes.form.orient import orient

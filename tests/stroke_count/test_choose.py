@@ -10,15 +10,8 @@ from brushgs.cameras.framing import frame_scene, up_vector
 from brushgs.cli.configs import paint_config
 from brushgs.cli.parser import parse
 from brushgs.errors import SceneWarning
-from brushgs.options.painting import (
-    ClusterConfig,
-    DrawConfig,
-    ErrorBudget,
-    PaintConfig,
-    StrokesConfig,
-    StrokeSize,
-    ViewConfig,
-)
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
+from brushgs.options.stroke_target import ErrorBudget, StrokeSize
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint
 from brushgs.rendering.options import RenderOptions

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from brushgs.options.focus import Focus
-from brushgs.options.painting import StrokeSize
+from brushgs.options.stroke_target import StrokeSize
 from brushgs.options.where import Where
 from brushgs.outlets.studio.settings import (
     Known,
