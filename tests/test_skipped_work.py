@@ -28,8 +28,8 @@ from brushgs.passes.reduce.features import cluster_features
 from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.passes.reduce.morton import morton_order
 from brushgs.passes.reduce.prune import highest
-from brushgs.pipeline import sequence as sequence_stages
 from brushgs.pipeline.sequence import paint_sequence
+from brushgs.pipeline.sequence_frames import SequenceFrames
 from brushgs.rendering import texture_levels
 from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
 from brushgs.values.boxes import Boxes
@@ -231,7 +231,7 @@ def test_a_resting_camera_is_painted_once_to_the_byte(scene, resting, tmp_path, 
     assert told.counts["skipped"] == 0
     assert told.skipped == ["3 frames: the camera rests, they equal those before"]
     assert files[0] != files[3]
-    monkeypatch.setattr(sequence_stages._Frames, "identity", lambda self, index: (index,))
+    monkeypatch.setattr(SequenceFrames, "identity", lambda self, index: (index,))
     every, told = painted("every")
     assert told.counts["painted"] == 6
     assert not told.skipped

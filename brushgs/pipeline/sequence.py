@@ -10,8 +10,8 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import partial
 from itertools import groupby
 from math import degrees, radians
 from pathlib import Path, PurePath
@@ -34,9 +34,9 @@ from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.pipeline.background import TRANSPARENT
 from brushgs.pipeline.clip import Clip, files_of
 from brushgs.pipeline.drawing import why_nothing_is_seen
-from brushgs.pipeline.film_track import FilmTrack, track_strokes
-from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
-from brushgs.pipeline.hand import describe_hand, open_hand
+from brushgs.pipeline.film_track import track_strokes
+from brushgs.pipeline.frame_painter import FrameKind
+from brushgs.pipeline.hand import describe_hand
 from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.outputs import check_output, input_files
 from brushgs.pipeline.parallel import parallel_map
@@ -45,23 +45,19 @@ from brushgs.pipeline.parallel.connection import Waiting, check_scheduler
 from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
 from brushgs.pipeline.report import Report, Stage, Stopwatch
 from brushgs.pipeline.resume import check_same_painting, describe_painting, read_manifest
+from brushgs.pipeline.sequence_frames import GrowingTrack, SequenceFrames, with_earlier
 from brushgs.pipeline.sequence_outputs import check_target, plan_output
 from brushgs.pipeline.strokes import file_size, name_of
 from brushgs.pipeline.views_sheet import write_sheet_of
 from brushgs.rendering.knots import MOST_TURN, MOST_WIDE_TURN, WIDE_STEP
-from brushgs.values.arrays import Array
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.shot import Origin, Shot
 
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
+    from brushgs.pipeline.sequence_frames import AnyTrack
     from brushgs.rendering.coat import Coat
-    from brushgs.rendering.hand import Hand
-    from brushgs.rendering.project import Directions
-    from brushgs.rendering.track import Track
-
-    AnyTrack = Track | FilmTrack
 
 CALM_STEP = 10.0  # degrees the camera turns per frame, above which a note says that strokes turn visibly
 FILM_FRAMES = 12  # fewer frames are viewed one by one
@@ -133,7 +129,7 @@ def paint_sequence(
         write_sheet_of(prepared, Path(sheet), config, report, name=name, origin=origin)
     tracks = [] if isinstance(path_config, GrowConfig) else _track(prepared, config.draw, report)
     _check_seen(prepared)
-    frames = _Frames(prepared, config, tracks, sequence, grow, clip, origin)
+    frames = SequenceFrames(prepared, config, tracks, sequence, grow, clip, origin)
     describe_hand(frames.hand, frames.small, report)
     if isinstance(target, Path):
         _paint_video(frames, target, report)
@@ -189,7 +185,9 @@ def paint_prepared(
     assert prepared.path is not None, "prepare along a path"
     check_rate(target, prepared.path.fps)
     check_size(target, *_frame_size(prepared.camera, config), config.output.codec)
-    frames = _Frames(prepared, config, _track(prepared, config.draw, report), SequenceConfig(), origin=origin)
+    frames = SequenceFrames(
+        prepared, config, _track(prepared, config.draw, report), SequenceConfig(), origin=origin
+    )
     describe_hand(frames.hand, frames.small, report)
     _paint_video(frames, target, report)
     report.output = str(target)
@@ -203,7 +201,7 @@ def _is_tracked(prepared: Prepared, lock: str) -> bool:
     return is_flat and (lock == "track" or (lock == "canonical" and prepared.moving is None))
 
 
-def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTrack | _GrowingTrack | None]":
+def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTrack | GrowingTrack | None]":
     """Choose the stroke directions along the whole path, for each tracked coat."""
     with report.stage("track") as stage:
         cameras, coats = prepared.cameras, prepared.painting.coats
@@ -233,7 +231,7 @@ def _track(prepared: Prepared, draw: DrawConfig, report: Report) -> "list[AnyTra
 
         shown = coats if prepared.growth is None else [one.coat for one in prepared.growth.coats]
         tracks = [
-            _with_earlier(more.strokes, partial(track, coat=coat), coat.strokes) if coat in tracked else None
+            with_earlier(more.strokes, partial(track, coat=coat), coat.strokes) if coat in tracked else None
             for coat, more in zip(coats, shown, strict=True)
         ]
         _note_coarse(path.closed)
@@ -277,163 +275,8 @@ def _sees_any(prepared: Prepared, num_views: int) -> bool:
     return False
 
 
-@dataclass(frozen=True, eq=False)
-class _Frames:
-    """The frames of a path, or of a painting that grows, ready to be painted."""
-
-    prepared: Prepared
-    config: PaintConfig
-    tracks: "list[AnyTrack | _GrowingTrack | None]"
-    sequence: SequenceConfig
-    grow: GrowConfig | None = None
-    clip: ClipConfig | None = None
-    origin: Origin | None = None
-
-    @cached_property
-    def hand(self) -> "Hand | None":
-        """How far the film is made by hand."""
-        growth = self.prepared.growth
-        coats = self.prepared.painting.coats if growth is None else [one.coat for one in growth.coats]
-        return open_hand(self.config, self.path, coats)
-
-    @cached_property
-    def growing(self) -> GrowConfig | None:
-        """How the painting grows in this film; None if it does not."""
-        if self.grow is None or not self.grow.is_along_path:
-            return self.grow
-        return self.grow.along(len(self.path.cameras), self.path.fps)
-
-    @property
-    def path(self) -> "CameraPath":
-        """The path of the camera."""
-        assert self.prepared.path is not None
-        return self.prepared.path
-
-    def painter(self, kind: FrameKind) -> FramePainter:
-        """The painter of every frame."""
-        painting, background = self.prepared.painting, self.prepared.background
-        fade = 0.0 if self.growing is None else self.growing.fade
-        takes_light = self.prepared.moving is None or self.prepared.moving.takes_light
-        return FramePainter(painting, background, kind, self.prepared.growth, fade, takes_light, self.hand)
-
-    def small(self, side: int) -> Iterator[Array]:
-        """The frames, small and flat, on the mean color of their background, painted on demand."""
-        painting, background = self.prepared.painting, self.prepared.background
-        behind = background if painting.surface is None else painting.surface.rgb
-        color = np.asarray(1.0 if behind is None else behind).reshape(-1, 3).mean(axis=0)
-        flat = replace(painting, surface=None, lamp=None, part=None, dpi=None)
-        painter = replace(self.painter(FrameKind(None)), painting=flat, growth=None)
-        for index in range(len(self.path.cameras)):
-            view = self.view(index)
-            held = {start: replace(one, camera=one.camera.in_side(side)) for start, one in view.held.items()}
-            small = replace(view, camera=view.camera.in_side(side), held=held, into=None, following=None)
-            yield painter.frame(small).over(color)
-
-    def view(self, index: int) -> FrameView:
-        """What is special to one frame."""
-        index = self._shown(index)
-        view = self._alone(index)
-        if self.hand is not None:
-            view = replace(view, held={other: self._alone(other) for other in self.hand.needed(index)})
-        if not self._has_motion:
-            return view
-        other, sign = self._neighbour(index)
-        return replace(view, following=self._alone(self._shown(other)), sign=sign)
-
-    def _shown(self, index: int) -> int:
-        """The number of the frame whose camera and scene a frame shows."""
-        return index if self.hand is None else self.hand.shown(index)
-
-    @property
-    def _has_motion(self) -> bool:
-        """Whether frames have a layer of motion: no paint moves while a painting grows."""
-        return "motion" in self.config.output.all_layers and self.grow is None
-
-    def _neighbour(self, index: int) -> tuple[int, int]:
-        """The next frame, and 1; at the end of an open path the previous one, and -1."""
-        num_frames = len(self.path.cameras)
-        if index + 1 < num_frames:
-            return index + 1, 1
-        return (0, 1) if self.path.is_loop else (max(index - 1, 0), -1)
-
-    def _alone(self, index: int) -> FrameView:
-        """The same without its neighbour."""
-        directions = tuple(None if track is None else track.directions(index) for track in self.tracks)
-        view = FrameView(index, self.path.cameras[index], directions, self._time(index), self._hour(index))
-        moving = self.prepared.moving
-        if moving is None:
-            return view
-        view = replace(view, pose=moving.pose(index))
-        share = float(moving.film.shares[index])
-        if share == 0:
-            return view
-        others = (
-            track.directions_into(index) if isinstance(track, FilmTrack) else None for track in self.tracks
-        )
-        into = replace(view, directions=tuple(others), pose=moving.pose_into(index))
-        return replace(view, into=into, share=share)
-
-    def identity(self, index: int) -> tuple[object, ...]:
-        """Equal for frames whose pictures are equal, bit for bit: nothing moves between them."""
-        index = self._shown(index)
-        found = self._seen(index)
-        if self._has_motion:
-            other, sign = self._neighbour(index)
-            found = *found, *self._seen(self._shown(other)), sign
-        if self.hand is None:
-            return found
-        others = *self.hand.starts(index), *sorted(self.hand.needed(index))
-        held = (part for other in others for part in self._seen(other))
-        return *found, *held, self.hand.state(index)
-
-    def _seen(self, index: int) -> tuple[object, ...]:
-        """A key of everything that decides the colours of a frame."""
-        camera = self.path.cameras[index]
-        places = [_place(track, index) for track in self.tracks if track is not None]
-        lens = camera.K.tobytes(), camera.width, camera.height, camera.near
-        moving = self.prepared.moving
-        moment = () if moving is None else moving.film.moment(index)
-        return camera.viewmat.tobytes(), *lens, *places, self._time(index), self._hour(index), *moment
-
-    def _hour(self, index: int) -> float | None:
-        if self.prepared.painting.day is None:
-            return None
-        return index / max(len(self.path.cameras) - 1, 1)
-
-    def _time(self, index: int) -> float:
-        return 1.0 if self.growing is None else self.growing.time(index)
-
-
-@dataclass(frozen=True, eq=False)
-class _GrowingTrack:
-    """The track of a finished coat, unchanged, extended to the strokes that are painted over."""
-
-    finished: "AnyTrack"
-    earlier: "AnyTrack"
-
-    def directions(self, index: int) -> "Directions":
-        return self.finished.directions(index).followed_by(self.earlier.directions(index))
-
-
-def _with_earlier(
-    strokes: Gaussians, track: "Callable[[Gaussians], AnyTrack]", finished: Gaussians
-) -> "AnyTrack | _GrowingTrack":
-    """The track of a coat that may grow, whose strokes begin with those of the finished one."""
-    if len(finished) == len(strokes):
-        return track(finished)
-    earlier = strokes.take(np.arange(len(finished), len(strokes)))
-    return _GrowingTrack(track(finished), track(earlier))
-
-
-def _place(track: "AnyTrack | _GrowingTrack", index: int) -> tuple[float, ...]:
-    """The positions of a frame among the knots of its track."""
-    if isinstance(track, _GrowingTrack):
-        return *_place(track.finished, index), *_place(track.earlier, index)
-    return (track.place(index) if isinstance(track, FilmTrack) else float(track.positions[index]),)
-
-
 def _paint(
-    frames: _Frames,
+    frames: SequenceFrames,
     indices: Sequence[int],
     kind: FrameKind,
     take: Callable[[int, Any], None],
@@ -470,7 +313,7 @@ def _paint(
 
 
 def _describe_painted(
-    stage: Stage, frames: _Frames, num_painted: int, num_repeated: int, seconds: float, report: Report
+    stage: Stage, frames: SequenceFrames, num_painted: int, num_repeated: int, seconds: float, report: Report
 ) -> None:
     """Report how many frames were painted, and the cost of one."""
     sequence, num_frames = frames.sequence, len(frames.path.cameras)
@@ -509,7 +352,7 @@ def _describe_painted(
         stage.did += f"; in {sequence.jobs} processes"
 
 
-def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
+def _paint_video(frames: SequenceFrames, target: Path, report: Report) -> None:
     """Paint all frames to a video file."""
     path, camera, background = frames.path, frames.path.cameras[0], frames.config.draw.background
     size, output, rig = _frame_size(camera, frames.config), frames.config.output, frames.prepared.painting.rig
@@ -548,7 +391,9 @@ def _paint_video(frames: _Frames, target: Path, report: Report) -> None:
     stage.counts |= {"fps": path.fps, "background": background, "codec": codec, "bits": encoding.bits}
 
 
-def _paint_files(frames: _Frames, files: NumberedFiles, found: Manifest | None, report: Report) -> None:
+def _paint_files(
+    frames: SequenceFrames, files: NumberedFiles, found: Manifest | None, report: Report
+) -> None:
     """Paint the missing frames, each to a file."""
     painting = describe_painting(frames.config, frames.prepared, frames.grow, frames.clip)
     if found is not None:
@@ -572,7 +417,7 @@ def _paint_files(frames: _Frames, files: NumberedFiles, found: Manifest | None, 
         _warn_of_others(files, num_frames)
 
 
-def _kind_of(frames: _Frames, files: NumberedFiles) -> FrameKind:
+def _kind_of(frames: SequenceFrames, files: NumberedFiles) -> FrameKind:
     """The content of frame files; the names of strokes, if many, are written once beside them."""
     output, manifest = frames.config.output, None
     if output.deep or "stroke" in output.all_layers:
