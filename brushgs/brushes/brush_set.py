@@ -84,11 +84,11 @@ class BrushSet:
 
     @property
     def are_colored(self) -> bool:
-        """Whether a brush has colours of its own."""
+        """Whether a brush has colors of its own."""
         return any(texture.tint is not None for texture in self.textures)
 
     def without_colors(self) -> "BrushSet":
-        """The same brushes without colours of their own."""
+        """The same brushes without colors of their own."""
         if not self.are_colored:
             return self
         return BrushSet(tuple(replace(texture, tint=None) for texture in self.textures), self.name)
@@ -134,7 +134,7 @@ class BrushSet:
                 ("flat,dab", "a.png,b.png"); or a folder, whose images sorted by name are the set. An existing
                 file with a comma in its name is one brush.
             size: longest side kept of each image, texels.
-            colored: whether images with colour in them keep it, see `StrokeTexture.open`.
+            colored: whether images with color in them keep it, see `StrokeTexture.open`.
 
         Raises:
             SceneError: if one cannot be opened, or a folder holds no image.

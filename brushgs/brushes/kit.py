@@ -1,6 +1,6 @@
 """Brush kits: brushes by kind of stroke (long, short, other, large) and of surface (smooth, rough).
 
-A built-in name stands for all its variants ("flat" for flat, flat_2, flat_3 and flat_4), so that neighbouring
+A built-in name stands for all its variants ("flat" for flat, flat_2, flat_3 and flat_4), so that neighboring
 strokes differ. A number selects one variant: "flat_2", and "flat_1" for flat itself.
 """
 
@@ -97,7 +97,7 @@ class BrushKit:
         Args:
             size: longest side kept of each image, texels.
             known: images that are open already, by their name or path.
-            colored: whether images with colour in them keep it, see `StrokeTexture.open`.
+            colored: whether images with color in them keep it, see `StrokeTexture.open`.
 
         Raises:
             SceneError: see `BrushSet.open`, as for ValueError.

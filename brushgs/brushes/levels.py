@@ -2,15 +2,15 @@
 
 A stroke image of 256 texels on a box 20 pixels long, sampled once per pixel, uses every twelfth texel and
 shimmers. The footprint of a pixel is constant over a stroke, so each axis is filtered on its own (a ripmap),
-and sampling stays one bilinear lookup. This file defines the levels and their texels; the rasteriser chooses
+and sampling stays one bilinear lookup. This file defines the levels and their texels; the rasterizer chooses
 the level of each stroke.
 
 How to draw a box of half extents (h_u, h_v) pixels with the mip filter:
 
 1. per axis, with n texels: `k = level_index(h, n)`;
 2. `texels = level_coverage(coverage, k_u, k_v)`, uint8 [v.num_texels, u.num_texels];
-3. sample it like a source image (t = 0 and 1 on the centres of the outermost texels, bilinear, 0 outside)
-   in a box whose half extents are `h_u * u.scale` and `h_v * v.scale`, the centre and angle unchanged.
+3. sample it like a source image (t = 0 and 1 on the centers of the outermost texels, bilinear, 0 outside)
+   in a box whose half extents are `h_u * u.scale` and `h_v * v.scale`, the center and angle unchanged.
 
 The enlarged box (by about half a pixel on either side) contains the soft edge: a pixel half outside of the
 original box is half painted. Level 0 of an axis is the source with scale 1.

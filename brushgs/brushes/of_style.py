@@ -1,6 +1,6 @@
-"""The brushes of a style: which there are, and the marks of its dictionary as coloured brushes.
+"""The brushes of a style: which there are, and the marks of its dictionary as colored brushes.
 
-They are numbered from 1: first those without colours, then the marks of the dictionary.
+They are numbered from 1: first those without colors, then the marks of the dictionary.
 """
 
 from collections.abc import Sequence
@@ -52,7 +52,7 @@ def laid_contrast(contrast: float, width: float) -> float:
 
 
 def mark_texture(marks: MarkDictionary, row: int, name: str, width: float) -> StrokeTexture:
-    """A mark of a dictionary as a brush: its colours are added to that of a stroke, its lights are raised.
+    """A mark of a dictionary as a brush: its colors are added to that of a stroke, its lights are raised.
 
     Args:
         marks: the dictionary.

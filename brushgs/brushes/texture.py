@@ -28,7 +28,7 @@ from brushgs.values.colors import LUMINANCE, split_alpha
 KERNELS = ("gaussian", "ellipse")  # computed, not drawn
 # Half length of a box in standard deviations: the published stroke covers 2, the 3DGS kernel is clipped at 3.
 KERNEL_SIGMAS = {"gaussian": 3.0, "ellipse": 2.0, "image": 2.0}
-# Length of a stroke over that which paints the area of its Gaussian, so that neighbours overlap. On five
+# Length of a stroke over that which paints the area of its Gaussian, so that neighbors overlap. On five
 # scenes with `swirl` and `flat` 1.0 to 1.1 has the lowest error but leaves more unpainted.
 FITTED_REACH = 1.2
 LONG_SIDE = 256  # texels of a stroke image; more are invisible in pictures below 4K
@@ -41,7 +41,7 @@ _OF_STYLE = re.compile(
     rf"(?P<file>.+{re.escape(STYLE_SUFFIX)}):(?P<number>\d{{1,9}})", re.IGNORECASE | re.DOTALL
 )
 BLANK = 0.02  # coverage read from luminance below this is paper grain or JPEG noise
-GREY = 0.04  # difference of channels up to which an image has no colour
+GREY = 0.04  # difference of channels up to which an image has no color
 MOST_ON_BORDER = 0.1  # mean coverage along the border of an image, from which on a note is given
 
 
@@ -50,10 +50,10 @@ TINT_ZERO = 128  # of 0 to 255: nothing is added
 
 @dataclass(frozen=True, eq=False)
 class Tint:
-    """The colours of a brush, display-encoded RGB: what is added to the colour of a stroke, texel by texel.
+    """The colors of a brush, display-encoded RGB: what is added to the color of a stroke, texel by texel.
 
     Attributes:
-        mean: [3] colour of the brush itself, 0 to 1, to which its texels are relative.
+        mean: [3] color of the brush itself, 0 to 1, to which its texels are relative.
         texels: uint8 [h, w, 3] in steps of `step` from `TINT_ZERO`; u runs along the columns.
         step: 0 or more.
     """
@@ -64,7 +64,7 @@ class Tint:
 
     @classmethod
     def of(cls, rgb: NDArray[Any], coverage: NDArray[np.uint8], mean: NDArray[Any] | None = None) -> "Tint":
-        """That of an image [h, w, 3], 0 to 1, relative to the mean of its paint or another colour."""
+        """That of an image [h, w, 3], 0 to 1, relative to the mean of its paint or another color."""
         weights = coverage.astype(np.float64)[..., None]
         if mean is None:
             mean = (weights * rgb).sum(axis=(0, 1)) / max(float(weights.sum()), 1.0)
@@ -92,7 +92,7 @@ class StrokeTexture:
         height: float32 [h, w] relief of the paint, 0 to 1, 0.5 is the canvas; or None.
         num_sigmas: half length of a stroke's box in standard deviations, > 0.
         has_bristles: whether bristles leave streaks in it, see `brushgs.rendering.streaks`.
-        tint: colours of its own; None for a grey brush. Those of bristles are among them: it has no streaks.
+        tint: colors of its own; None for a gray brush. Those of bristles are among them: it has no streaks.
 
     Raises:
         TypeError: if an array has another dtype.
@@ -179,7 +179,7 @@ class StrokeTexture:
         Args:
             name_or_path: name or path.
             size: longest side kept, texels, >= 1.
-            colored: whether an image with colour in it keeps it, see `Tint`; the marks of a style always do.
+            colored: whether an image with color in it keeps it, see `Tint`; the marks of a style always do.
 
         Raises:
             SceneError: if there is no such name or file, the image has no paint, or the style has fewer
@@ -405,7 +405,7 @@ def _coverage_and_height(
         sentence = "the stroke image has one flat tone and no transparency, so it paints a solid rectangle"
         warnings.warn(SceneWarning(f"{path}: {sentence}"), stacklevel=4)
         return np.ones_like(luminance), None
-    if distance.max() < BLANK:  # a mid-grey border: the paint differs in the other direction
+    if distance.max() < BLANK:  # a mid-gray border: the paint differs in the other direction
         distance = -distance
     coverage = np.clip(distance / distance.max(), 0, 1)
     coverage = np.where(coverage < BLANK, np.float32(0), coverage).astype(np.float32)
@@ -419,7 +419,7 @@ def _coverage_and_height(
 def _tint_of(
     pixels: NDArray[np.float32], coverage: NDArray[np.float32], small: NDArray[np.uint8]
 ) -> Tint | None:
-    """The colours of an image, averaged over its paint to the texels of its coverage; None if grey."""
+    """The colors of an image, averaged over its paint to the texels of its coverage; None if gray."""
     if pixels.shape[2] < 3:
         return None
     paint = coverage[..., None]

@@ -70,7 +70,7 @@ def up_vector(text: str) -> NDArray[np.float64]:
 
 
 def direction_of(up: str | ArrayLike) -> NDArray[np.float64]:
-    """The direction [3] of a name, see `up_vector`, or of three numbers, not normalised.
+    """The direction [3] of a name, see `up_vector`, or of three numbers, not normalized.
 
     Raises:
         ValueError: if the name is unknown.
@@ -290,7 +290,7 @@ def subject(gaussians: Gaussians, *, is_whole: bool = False) -> tuple[NDArray[np
         is_whole: treat the scene as without surroundings, whatever its span.
 
     Returns:
-        [n, 3] centres of at most `MAX_POINTS` Gaussians of the subject, and whether surroundings were
+        [n, 3] centers of at most `MAX_POINTS` Gaussians of the subject, and whether surroundings were
         excluded.
     """
     means, weights = _sample(gaussians)
@@ -318,7 +318,7 @@ def scene_bounds(gaussians: Gaussians) -> NDArray[np.float64]:
 
 
 def _sample(gaussians: Gaussians) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """[n, 3] centres and [n] weights of at most `MAX_POINTS` Gaussians; the weights are not all 0."""
+    """[n, 3] centers and [n] weights of at most `MAX_POINTS` Gaussians; the weights are not all 0."""
     every = slice(None, None, -(-len(gaussians) // MAX_POINTS))
     means = gaussians.means[every].astype(np.float64)
     weights = gaussians.opacities[every].astype(np.float64)

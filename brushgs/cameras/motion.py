@@ -50,7 +50,7 @@ def view_change(first: Camera, second: Camera, distance: float) -> float:
         first: a view.
         second: another.
         distance: from the cameras to the subject, world units, > 0. The apparent shift is the distance of the
-            camera centres over this distance, so that the parts of a straight path add up.
+            camera centers over this distance, so that the parts of a straight path add up.
 
     Returns:
         0 if only lenses differ; may exceed pi.

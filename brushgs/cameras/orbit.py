@@ -123,7 +123,7 @@ def orbit(
 
 
 def middle_of(points: F64, up: F64) -> F64:
-    """[3] middle of the bounds of points [n, 3] along level axes, the centre of `orbit`."""
+    """[3] middle of the bounds of points [n, 3] along level axes, the center of `orbit`."""
     level = camera_axes(up, 0.0, 0.0)
     seen = points @ level.T
     return np.asarray(0.5 * (seen.min(axis=0) + seen.max(axis=0)) @ level)

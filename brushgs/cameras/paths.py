@@ -28,7 +28,7 @@ from brushgs.values.camera import Camera, FirstView
 
 @dataclass(frozen=True)
 class _Ball:
-    """Bounding ball of the subject: centre [3] and radius, world units."""
+    """Bounding ball of the subject: center [3] and radius, world units."""
 
     center: F64
     radius: float

@@ -28,7 +28,7 @@ class CameraSpline:
     are centripetal (Yuksel et al. 2011), which avoids loops and cusps at uneven keys.
 
     Args:
-        keys: views of one size; a key equal to its neighbour is dropped.
+        keys: views of one size; a key equal to its neighbor is dropped.
         center: [3] of the subject, world units.
         reach: half the size of the subject, > 0; the least distance of a camera.
         loop: whether the path continues from the last key to the first.
@@ -117,9 +117,9 @@ def through(
 def _bezier_points(keys: F64, widths: F64, loop: bool, interpolate: Interpolate) -> list[F64]:
     """Four control points [pieces, ...] of each piece of the curve through `keys`.
 
-    The velocity at a key is that of the parabola through it and its neighbours: the mean of the velocities of
+    The velocity at a key is that of the parabola through it and its neighbors: the mean of the velocities of
     both pieces, each weighted by the width of the other. Motions cannot be added, so it is represented by the
-    pose shortly after the key. At the ends of an open path it is the velocity to the neighbour.
+    pose shortly after the key. At the ends of an open path it is the velocity to the neighbor.
     """
     num_pieces = len(widths)
     start, end = keys[:num_pieces], np.roll(keys, -1, axis=0)[:num_pieces]

@@ -21,7 +21,7 @@ ON_SURFACE = 0.05  # of the depth: maximum distance of a mark from the surface o
 def displacements(now: Gaussians, before: Array, camera: Camera, *, num_threads: int | None = None) -> Array:
     """The displacement of each pixel's surface from now to another moment.
 
-    The mean displacement of the Gaussians that paint the pixel, weighted like colours and depths with the
+    The mean displacement of the Gaussians that paint the pixel, weighted like colors and depths with the
     built-in `gaussian` kernel, for the surface of the plain depth in `View`. Rotations of Gaussians are
     ignored: they move points by less than the Gaussian's size, and in trained scenes they are noise.
     Measured: a rigid body rotated by 3 degrees has a warp error 1.2 % above that of a camera that turns
@@ -30,7 +30,7 @@ def displacements(now: Gaussians, before: Array, camera: Camera, *, num_threads:
 
     Args:
         now: at the moment of the picture.
-        before: [N, 3] centres of the same Gaussians, row by row, at the other one.
+        before: [N, 3] centers of the same Gaussians, row by row, at the other one.
         camera: of the picture.
         num_threads: see `rasterize`.
 
@@ -50,7 +50,7 @@ def displacements(now: Gaussians, before: Array, camera: Camera, *, num_threads:
     kernel = StrokeTexture.open("gaussian")
     options = RenderOptions.of(kernel, num_sigmas=kernel.num_sigmas, depth=False, num_threads=num_threads)
     boxes, _ = project_with(now, camera, options)
-    least = steps.min(axis=0)  # colours are not negative
+    least = steps.min(axis=0)  # colors are not negative
     colors = (steps - least)[boxes.ids].astype(np.float32)
     frame = rasterize_with(replace(boxes, colors=colors), camera, kernel, options)
     weight = np.maximum(frame.alpha, np.float32(1e-6))[..., None]

@@ -1,4 +1,4 @@
-"""Common parts of all plots: colours, fonts, and writing a figure to a file.
+"""Common parts of all plots: colors, fonts, and writing a figure to a file.
 
 This is the only module that imports matplotlib. It avoids pyplot, which would choose a window system and keep
 every figure in a global list.
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from PIL.Image import Image
 
-# Colours that people with any kind of colour blindness can tell apart. Source: Okabe and Ito 2008.
+# Colors that people with any kind of color blindness can tell apart. Source: Okabe and Ito 2008.
 BLUE, SKY, GREEN, VERMILION, PURPLE, ORANGE = "#0072B2", "#56B4E9", "#009E73", "#D55E00", "#CC79A7", "#E69F00"
 GREY = "#777777"
 DOTS_PER_INCH = 160
 COLORS = (BLUE, SKY, GREEN, VERMILION, PURPLE, ORANGE, GREY, "#000000")
-SHADES = 16  # of each colour in a file, from white to the full colour
+SHADES = 16  # of each color in a file, from white to the full color
 
 
 NO_MATPLOTLIB = "it needs matplotlib, which is not installed; pip install matplotlib"
@@ -70,7 +70,7 @@ def save_figure(figure: "Figure", path: Path, *, in_full_color: bool = False) ->
         figure: made by `new_figure`.
         path: file to write.
         in_full_color: False stores only `COLORS` and their shades to white, enough for lines on white, in a
-            third of the bytes; figures with pictures need all colours.
+            third of the bytes; figures with pictures need all colors.
 
     Raises:
         SceneError: if the file cannot be written.

@@ -185,7 +185,7 @@ def check_opaque_background(background: str) -> None:
     """Refuse a background on which pictures cannot be compared.
 
     Raises:
-        ValueError: if it is transparent, or neither a colour nor a file.
+        ValueError: if it is transparent, or neither a color nor a file.
     """
     check_background(background)
     if background == "transparent":

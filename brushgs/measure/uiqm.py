@@ -1,11 +1,11 @@
-"""UIQM: colourfulness, sharpness and contrast of a picture, without a truth."""
+"""UIQM: colorfulness, sharpness and contrast of a picture, without a truth."""
 
 import numpy as np
 
 from brushgs.values.arrays import F64, Array, check
 
 COLOR, SHARPNESS, CONTRAST = 0.0282, 0.2953, 3.5753  # weights of the three parts
-TRIMMED = 0.1  # share of the smallest and of the largest values that the mean of a colour channel ignores
+TRIMMED = 0.1  # share of the smallest and of the largest values that the mean of a color channel ignores
 BLOCK = 10  # pixels, side of the blocks for contrast; figures depend on it
 LUMA = 0.299, 0.587, 0.114  # weights of the sharpness of R, G, B
 

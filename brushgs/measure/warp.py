@@ -111,7 +111,7 @@ class ViewMatch:
 def match_views(first: View, second: View, displacement: Array | None = None) -> ViewMatch:
     """Find the valid pixels of a pair of views by plain depth and alpha, to compare pictures of them.
 
-    The centre of each pixel of the second view is unprojected with its plain depth and projected by the
+    The center of each pixel of the second view is unprojected with its plain depth and projected by the
     first camera; there the first picture is sampled bilinearly. A pixel is valid if
     - the plain alpha is above 0.5 there and at all four pixels of the first view that are sampled,
     - these four lie inside the first picture,
@@ -140,7 +140,7 @@ def match_views(first: View, second: View, displacement: Array | None = None) ->
     rows, columns = np.divmod(pixels, second.camera.width)
     centers = columns + 0.5, rows + 0.5
     x, y, z = points_seen(first.camera, second.camera, centers, second.depth.reshape(-1)[pixels], steps)
-    x, y = x - 0.5, y - 0.5  # from here on centres of pixels are whole numbers
+    x, y = x - 0.5, y - 0.5  # from here on centers of pixels are whole numbers
     is_inside = (z > 0) & (x >= 0) & (x < width - 1) & (y >= 0) & (y < height - 1)
     pixels, x, y, z = pixels[is_inside], x[is_inside], y[is_inside], z[is_inside]
     left, top = x.astype(np.int64), y.astype(np.int64)

@@ -1,4 +1,4 @@
-"""Refinement: optimise strokes toward their scene or a style image; optional, on top of `autograd`.
+"""Refinement: optimize strokes toward their scene or a style image; optional, on top of `autograd`.
 
     views -> target pictures -> fit (variables, drawing, losses) -> strokes
 

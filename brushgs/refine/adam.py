@@ -1,4 +1,4 @@
-"""Adam, the optimiser of every fit.
+"""Adam, the optimizer of every fit.
 
 Bit-identical to `torch.optim.Adam`, whose constructor loads torch's compiler: 800 modules, one second.
 Source: Kingma and Ba 2015, algorithm 1.

@@ -124,7 +124,7 @@ def describe_fit(
         paint: how strokes are made and drawn.
         config: of the fit.
         prepared: the strokes and the stroke image.
-        target: the scene to fit to, in the colours of the palette.
+        target: the scene to fit to, in the colors of the palette.
         up: of the views.
     """
     clip = scene.config if isinstance(scene, Clip) else None

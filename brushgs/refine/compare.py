@@ -199,6 +199,6 @@ def _read(path: Path) -> list[Array]:
 
 
 def _rgb(pixels: Array) -> Array:
-    """[H, W, 3 or 4] of a picture as read, which may be grey."""
+    """[H, W, 3 or 4] of a picture as read, which may be gray."""
     channels = pixels.shape[-1]
     return pixels[..., [0, 0, 0, 1][: channels + 2]] if channels < 3 else pixels

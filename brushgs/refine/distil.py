@@ -3,7 +3,7 @@
 The target of each view is the plain picture: all Gaussians with the 3DGS kernel, at the moment of the view.
 No photographs are needed. Strokes are drawn with their brush, as in the painting, so that they compensate for
 gaps of a lacy brush.
-Source: Kerbl et al. 2023, section 5 (loss, optimiser); the self-made targets are ours.
+Source: Kerbl et al. 2023, section 5 (loss, optimizer); the self-made targets are ours.
 """
 
 from collections.abc import Callable, Sequence
@@ -39,7 +39,7 @@ def distil(
     Equal arguments give equal strokes, bit for bit, for any number of threads.
 
     Args:
-        variables: strokes to optimise, and which of their parameters.
+        variables: strokes to optimize, and which of their parameters.
         training_views: views of the loss.
         validation_views: other views, for the score.
         drawing: how strokes are drawn.

@@ -1,4 +1,4 @@
-"""Style features without trained weights: colour, its deviation, strength and direction of marks.
+"""Style features without trained weights: color, its deviation, strength and direction of marks.
 
 At three scales, an octave apart, every position gets 25 numbers: mean and standard deviation of each channel
 around it; the energy of edges and of lines (oriented derivatives of a Gaussian; Freeman and Adelson 1991)
@@ -28,11 +28,11 @@ POOL_SIGMA, POOL_REACH = 2.0, 5
 HALO = 4 * (REACH + POOL_REACH)  # receptive field around a position, pixels of the picture
 CONSTANT = 0.5
 FAINT = 0.01  # root energy below which directions fade: flat areas have none
-# Root mean square of each kind after scaling: means of colour, deviations of colour, strengths, directions.
+# Root mean square of each kind after scaling: means of color, deviations of color, strengths, directions.
 WEIGHTS = (2.0, 0.5, 0.5, 2.0)
 _KINDS = (slice(0, 3), slice(3, 6), slice(6, 8), slice(8, 24))
 _CHANNELS = 24
-_CONTENT_SCALES = slice(1, 3)  # coarse colours, without brush marks, describe the content
+_CONTENT_SCALES = slice(1, 3)  # coarse colors, without brush marks, describe the content
 
 
 class FilterBank:
@@ -73,7 +73,7 @@ class FilterBank:
         return groups
 
     def content(self, groups: list[Tensor]) -> list[Tensor]:
-        """The features that describe the content, of features [25, n]: colours at the coarser scales."""
+        """The features that describe the content, of features [25, n]: colors at the coarser scales."""
         return [torch.cat([group[_KINDS[0]], group[-1:]]) for group in groups[_CONTENT_SCALES]]
 
 
@@ -113,7 +113,7 @@ def oriented_filters() -> Tensor:
             angle = np.pi * direction / DIRECTIONS
             across = np.cos(angle) * x + np.sin(angle) * y
             along = -np.sin(angle) * x + np.cos(angle) * y
-            # Twice as long as wide, to separate neighbouring directions.
+            # Twice as long as wide, to separate neighboring directions.
             gaussian = np.exp(-0.5 * (across**2 / SIGMA**2 + along**2 / (2 * SIGMA) ** 2))
             derivative = across * gaussian if kind == "edge" else (across**2 / SIGMA**2 - 1) * gaussian
             derivative -= derivative.mean()

@@ -1,4 +1,4 @@
-"""The optimisation loop of every refinement: Adam steps, a decaying learning rate, evaluations, checkpoints.
+"""The optimization loop of every refinement: Adam steps, a decaying learning rate, evaluations, checkpoints.
 
 Equal strokes, views and seed give bit-identical fits, also after stop and resume, and for any number of
 threads.
@@ -49,7 +49,7 @@ class Drawing:
         texture: the brush or brushes.
         options: see `RenderOptions`; the order is "depth", the only one with a gradient.
         motion: of the strokes, constant in the fit; None for still strokes.
-        takes_light: whether strokes follow colour changes over time.
+        takes_light: whether strokes follow color changes over time.
     """
 
     texture: Brushes
@@ -157,10 +157,10 @@ class Fit:
         """Set up a fit.
 
         Args:
-            variables: strokes to optimise.
+            variables: strokes to optimize.
             views: n views, painted in turn.
             drawing: how strokes are drawn.
-            objective: loss of one painted view, to be minimised.
+            objective: loss of one painted view, to be minimized.
             score: evaluation of strokes in dB, higher is better; its views should not be among `views`.
             schedule: how long.
         """
@@ -291,7 +291,7 @@ class Fit:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """PyTorch on one thread, as its sums depend on their number; rasterising keeps all threads.
+    """PyTorch on one thread, as its sums depend on their number; rasterizing keeps all threads.
 
     Its threads also busy-wait: on two shared cores a style step took 6.9 s with two threads and 0.6 s with
     one.

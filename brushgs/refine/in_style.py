@@ -1,6 +1,6 @@
 """Strokes of a scene -> marks of a style, with its brushes: one stage of a report.
 
-    strokes (-> at the middle moment) -> marks, see `lay` (-> at their own) -> broken colour -> brushes
+    strokes (-> at the middle moment) -> marks, see `lay` (-> at their own) -> broken color -> brushes
 
 The brushes are images in the style file, which is written beside the strokes and named in them, so that
 painting the stroke file uses them.
@@ -83,7 +83,7 @@ def lay_in_style(
         prepared: the prepared painting.
         moves: [N] mask of strokes that may change.
         marks: of the style.
-        shown_at: the scene in the colours of the style, at a moment of a clip or None.
+        shown_at: the scene in the colors of the style, at a moment of a clip or None.
         paint: options of the painting.
         keeps: options set by the user: "stroke", "direction" or "broken_color".
         output: file for the marks.
@@ -158,7 +158,7 @@ def _with_images(
 
 
 def at_reference(strokes: Gaussians, pose: Pose) -> Gaussians:
-    """Strokes at the moment of a pose -> at their reference moments, with unchanged colours and opacities."""
+    """Strokes at the moment of a pose -> at their reference moments, with unchanged colors and opacities."""
     rows, found = match(strokes, pose.ids)
     if len(rows) == 0:
         return strokes

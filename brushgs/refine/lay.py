@@ -1,10 +1,10 @@
 """Strokes -> marks of a painting, with its direction, length and slenderness, before any fit.
 
 Gradients turn and stretch strokes slowly, and strokes of a scene are nearly round and follow its forms: a fit
-from there ends as other colours in the old marks. So strokes are first laid in the direction of the
+from there ends as other colors in the old marks. So strokes are first laid in the direction of the
 painting's marks, with the painting over the picture of a camera, see `mark_directions`; the first camera
 decides where it sees a stroke, else those around the scene. Marks become shorter and wider where their ends
-would leave the surface or reach another colour (Litwinowicz 1997).
+would leave the surface or reach another color (Litwinowicz 1997).
 """
 
 from collections.abc import Sequence
@@ -30,7 +30,7 @@ FACING = (0.15, 0.45)  # cosine between normal and view, faded out: edge-on view
 FIRST = 3.0  # weight of the first view over each of the others
 STEEP = 2.0  # power of that cosine as weight of views
 FAINT = 1e-6  # least meaningful sum of directions
-SMOOTH = 1.0  # weight of the neighbours over a stroke's own direction
+SMOOTH = 1.0  # weight of the neighbors over a stroke's own direction
 LENGTHS = (0.02, 0.14)  # limits in shorter sides of the picture: longer marks hide the scene
 MOST_MARKS = 12_000  # limit: the time of a step grows with the number of marks
 MOST_PARTS = 12  # rows, and columns, of marks per stroke
@@ -132,7 +132,7 @@ def lay_marks(
     Returns:
         The marks, and the row of each one's stroke, ascending. A typical mark has the same length in the
         first view as in the painting, within `LENGTHS`; larger strokes become several marks, in the visible
-        colours.
+        colors.
     """
     if len(strokes) == 0:
         return strokes, np.arange(0)
@@ -175,7 +175,7 @@ def _own_directions(planes: Planes) -> F64:
 def _as_seen(
     strokes: Gaussians, planes: Planes, views: Sequence[Seen], judges: Rows, is_part: Mask
 ) -> Gaussians:
-    """Parts of strokes in the visible colours at their positions."""
+    """Parts of strokes in the visible colors at their positions."""
     steps = np.zeros((len(strokes), 3))
     own = base_colors(strokes.sh)
     for index, view in enumerate(views):
@@ -281,7 +281,7 @@ def _sizes(planes: Planes, marks: StyleMarks, typical: float, num_sigmas: float)
 
 
 def _shares(planes: Planes, along: F64, reach: F64, views: Sequence[Seen], judges: Rows) -> F64:
-    """[n] share of the length within which a mark stays on its surface and colour, in its best view."""
+    """[n] share of the length within which a mark stays on its surface and color, in its best view."""
     shares = np.ones(len(planes))
     for index, view in enumerate(views):
         rows = np.flatnonzero(judges == index)

@@ -12,7 +12,7 @@ def roundness(scales: Tensor, free_aspect: float) -> Tensor:
 
 
 def total_variation(picture: Tensor) -> Tensor:
-    """Mean absolute difference between neighbours of a picture [H, W, C], down plus across.
+    """Mean absolute difference between neighbors of a picture [H, W, C], down plus across.
 
     `kornia.losses.total_variation` takes 1.4 to 1.5 times as long.
     """
@@ -20,11 +20,11 @@ def total_variation(picture: Tensor) -> Tensor:
 
 
 def color_distance(rgb: Tensor, weights: Tensor, mean: Tensor, covariance: Tensor) -> Tensor:
-    """Squared distance of mean and covariance of weighted colours from target values, a number.
+    """Squared distance of mean and covariance of weighted colors from target values, a number.
 
     Args:
         rgb: [H, W, 3] premultiplied by the weights.
-        weights: [H, W] alpha; where it is zero there is no colour.
+        weights: [H, W] alpha; where it is zero there is no color.
         mean: [3] target.
         covariance: [3, 3] target.
     """

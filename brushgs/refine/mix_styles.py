@@ -1,6 +1,6 @@
 """Several styles in their shares -> one style and the picture that shows it, for `refine --style`.
 
-Colours are joined, each as often as its share says; marks have the means of sizes and directions, and brushes
+Colors are joined, each as often as its share says; marks have the means of sizes and directions, and brushes
 of all. One style that is taken wholly stays as it is. Contours and surroundings are no strokes of a scene:
 their dials say nothing here.
 """

@@ -1,4 +1,4 @@
-"""Matching of features to a style image: nearest neighbours (NNFM), or Gram matrices.
+"""Matching of features to a style image: nearest neighbors (NNFM), or Gram matrices.
 
 The loss of NNFM is the mean cosine distance from each feature of the picture to the nearest one of the style
 image. That of Gram matrices is their squared distance, for each group relative to the squared norm of the
@@ -77,7 +77,7 @@ def _painted(features: Features, painting: Tensor, alpha: Tensor | None) -> Iter
 
 
 class NearestStyle:
-    """A style image as sets of unit features, for nearest neighbours.
+    """A style image as sets of unit features, for nearest neighbors.
 
     Args:
         features: how they are computed.

@@ -1,7 +1,7 @@
-"""The argument of `refine --style` -> a style and its painting: paintings are learnt, styles are painted.
+"""The argument of `refine --style` -> a style and its painting: paintings are learned, styles are painted.
 
 Strokes are matched to features of a picture. A style file has no picture, so one is painted with its marks,
-directions, colours and brushes.
+directions, colors and brushes.
 """
 
 from dataclasses import dataclass, replace
@@ -96,7 +96,7 @@ def _learnt(painting: Array, path: Path) -> Style:
         marks = learn_marks(painting, 0)  # strokes are fitted to the painting: they take no whole marks
         if not marks.brushes:
             marks = _with_brushes(learn_marks(painting, NUM_MARKS))
-    except ValueError:  # one even colour, or too small
+    except ValueError:  # one even color, or too small
         marks = None
     return Style(name, palette, marks)
 
@@ -145,7 +145,7 @@ def _angles(marks: StyleMarks, u: F64, v: F64, rng: np.random.Generator) -> F64:
 
 
 def _colors(style: Style, x: F64, y: F64, rng: np.random.Generator) -> F64:
-    """[n, 3] colours of marks: the palette's colours in their shares, with similar neighbours."""
+    """[n, 3] colors of marks: the palette's colors in their shares, with similar neighbors."""
     assert style.palette is not None, "a painting has colours"
     phases = rng.uniform(0, 2 * np.pi, 4)
     turns = 2 * np.pi * 0.5 * LUMPS

@@ -1,6 +1,6 @@
 """The loss of a painted picture to its target, by absolute difference and structural similarity.
 
-Value and gradient are computed together by the compiled core. SSIM windows are centred on every second pixel
+Value and gradient are computed together by the compiled core. SSIM windows are centered on every second pixel
 in both directions (one per pixel gives similar fits), clipped at the borders, with weights that sum to 1.
 
 Source: Kerbl et al. 2023, eq. 7 (L1 and D-SSIM); Wang et al. 2004, Image Quality Assessment (SSIM).

@@ -153,7 +153,7 @@ def _drawing(prepared: Prepared) -> "Drawing":
 
 
 def _palette_of(style: StyleConfig, learnt: PaintingStyle, output: Path) -> PaletteConfig:
-    """The colours of styles in their shares; those of several are written beside the output."""
+    """The colors of styles in their shares; those of several are written beside the output."""
     strength = sum(one.share * one.color for one in style.styles)
     if len(style.files) == 1:
         return PaletteConfig(style.files[0], strength)
@@ -185,7 +185,7 @@ def _open_style(style: StyleConfig, report: Report) -> PaintingStyle:
 def _recolored(
     prepared: Prepared, moves: Mask | None, palette: PaletteConfig, config: RefineConfig, report: Report
 ) -> tuple[Prepared, Gaussians]:
-    """Strokes (those that may change) in the colours of a palette, and the target scene."""
+    """Strokes (those that may change) in the colors of a palette, and the target scene."""
     from brushgs.passes.color.recolor import recolor
 
     gaussians, inside = prepared.whole_scene, None

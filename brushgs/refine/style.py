@@ -1,6 +1,6 @@
 """Refine strokes toward a style image: its features, with the content and smoothness of the scene.
 
-Source: Zhang et al. 2022, ARF (NNFM, content and total variation; colours are transferred first).
+Source: Zhang et al. 2022, ARF (NNFM, content and total variation; colors are transferred first).
 """
 
 from collections.abc import Callable, Sequence
@@ -31,7 +31,7 @@ from brushgs.values.gaussians import Gaussians
 # Strokes turn and stretch further than in a fit to their scene, as marks of a painting have other directions.
 RATES = Rates(means=0.04, scales=0.03, quats=0.04, sh_base=0.03)
 # Strokes laid as marks should hardly turn: each view pulls toward its own nearest patches, and at `RATES`
-# parallel neighbours scatter (median turn of 25 degrees after 40 steps, here 11).
+# parallel neighbors scatter (median turn of 25 degrees after 40 steps, here 11).
 LAID_RATES = Rates(means=0.01, scales=0.01, quats=0.01, opacities=0.01, sh_base=0.02)
 
 # Over all steps: an evaluation of six views takes as long as six steps or more.
@@ -47,7 +47,7 @@ class Weights:
         outline: of the mean squared difference of alpha to the plain picture: outside the subject no features
             hold strokes back.
         variation: of the total variation.
-        color: of the squared distance of mean and covariance of the colours from the style image's.
+        color: of the squared distance of mean and covariance of the colors from the style image's.
     """
 
     content: float = 0.6
@@ -99,7 +99,7 @@ def style_of(
         )
     rgb, alpha = split_alpha(painting)
     coverage = None
-    if alpha is not None:  # transparent parts take the mean colour of the others
+    if alpha is not None:  # transparent parts take the mean color of the others
         mean = (rgb * alpha[..., None]).sum(axis=(0, 1)) / max(float(alpha.sum()), 1e-9)
         rgb = flatten(painting, mean.astype(rgb.dtype))
         coverage = torch.from_numpy(np.ascontiguousarray(alpha))
@@ -130,11 +130,11 @@ def stylise(
     """Refine strokes toward a style image.
 
     Args:
-        variables: recoloured strokes to optimise, and which of their parameters.
-        training_views: views of the loss, with target pictures in the colours of the style image as content.
+        variables: recoloured strokes to optimize, and which of their parameters.
+        training_views: views of the loss, with target pictures in the colors of the style image as content.
         validation_views: other views, for the score.
         style: features of the style image.
-        painting: [H, W, C] the style image itself, for its colours.
+        painting: [H, W, C] the style image itself, for its colors.
         drawing: how strokes are drawn.
         schedule: how long.
         weights: of the losses.
@@ -148,7 +148,7 @@ def stylise(
     mean, covariance = (torch.from_numpy(v).float() for v in (palette.mean, palette.covariance))
 
     def loss_of(rgb: Tensor, alpha: Tensor, view: TargetView) -> Tensor:
-        picture = ba.Frame(rgb, alpha).over(mean)  # the style image's mean colour is the least conspicuous
+        picture = ba.Frame(rgb, alpha).over(mean)  # the style image's mean color is the least conspicuous
         style_loss, content_loss, gradient = style_gradient(
             picture.permute(2, 0, 1).detach(),
             style,

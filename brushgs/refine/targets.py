@@ -46,7 +46,7 @@ class TargetView:
         return cls(camera, torch.from_numpy(frame.rgb), torch.from_numpy(frame.alpha), moment)
 
     def over(self, background: Sequence[float] | Tensor) -> Tensor:
-        """[H, W, 3] the target picture over one RGB colour."""
+        """[H, W, 3] the target picture over one RGB color."""
         return ba.Frame(self.rgb, self.alpha).over(background)
 
 
@@ -84,7 +84,7 @@ def scene_over_time(
     Args:
         moving: the moving scene, and its moments.
         members: the Gaussians that strokes were made of. If rows correspond, only these are drawn.
-        palette: new colours, mapped as for `members` at all times; None keeps its own.
+        palette: new colors, mapped as for `members` at all times; None keeps its own.
         strength: of the palette, see `recolor`.
     """
     weights = paint_of(members)

@@ -1,6 +1,6 @@
-"""Strokes -> parameters of an optimiser, and back to strokes.
+"""Strokes -> parameters of an optimizer, and back to strokes.
 
-Scales are optimised as logarithms and opacities as logits, so that they stay in range. Rows outside the mask
+Scales are optimized as logarithms and opacities as logits, so that they stay in range. Rows outside the mask
 and columns outside the chosen set come back bit for bit.
 Source: Kerbl et al. 2023, section 5 (parameters and their learning rates).
 """
@@ -20,14 +20,14 @@ from brushgs.refine.adam import Adam
 from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 
-# Parameters that each set optimises.
+# Parameters that each set optimizes.
 MOVING: dict[Params, tuple[str, ...]] = {
     "color": ("sh_base", "sh_rest"),
     "free": ("sh_base", "sh_rest", "means", "scales", "quats"),
     "all": ("sh_base", "sh_rest", "means", "scales", "quats", "opacities"),
 }
 LEAST_SCALE = 1e-7  # over the radius of the scene, for logarithms
-# Limits of opacities for logits. The rasteriser limits alpha to 0.99, so the upper limit changes no picture,
+# Limits of opacities for logits. The rasterizer limits alpha to 0.99, so the upper limit changes no picture,
 # and opacity can still fall from there: the logit of 0.9999 is twice as large.
 LEAST_OPACITY, MOST_OPACITY = 1e-4, 0.99
 
@@ -58,7 +58,7 @@ class Rates:
 
 
 class Variables:
-    """Strokes as tensors, some of which are optimised.
+    """Strokes as tensors, some of which are optimized.
 
     Attributes:
         moving: parameter -> leaf tensor with a gradient.

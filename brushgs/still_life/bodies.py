@@ -1,4 +1,4 @@
-"""The objects of the still life: places, shapes, colours and highlights.
+"""The objects of the still life: places, shapes, colors and highlights.
 
 Lengths are in decimetres. The table top is y = 0 and y runs down, so a body stands at negative y.
 """
@@ -28,7 +28,7 @@ class Body:
         size: factor on the size of its Gaussians.
         stretch: length over width of its Gaussians, >= 1; the tangent is the long axis.
         opacity: [n] or one number.
-        blockers: [K, 6] ellipsoids (centre, radii) that approximate it as an occluder of light.
+        blockers: [K, 6] ellipsoids (center, radii) that approximate it as an occluder of light.
         name: of a body that `still_life_moving` moves.
     """
 
@@ -74,7 +74,7 @@ def ripple(coords: F64, rng: Generator, frequency: float, terms: int = 7) -> F64
 
 
 def mix(a: ArrayLike, b: ArrayLike, t: F64) -> F64:
-    """[n, 3] colours from `a` at t = 0 to `b` at t = 1; t [n] is clipped."""
+    """[n, 3] colors from `a` at t = 0 to `b` at t = 1; t [n] is clipped."""
     share = np.clip(t, 0, 1)[:, None]
     return np.asarray(np.asarray(a) * (1 - share) + np.asarray(b) * share)
 

@@ -21,7 +21,7 @@ SIZE_SPREAD = 0.28  # log-normal spread of sizes, as training leaves it
 
 @dataclass(frozen=True, eq=False)
 class Cast:
-    """n Gaussians without colours, float64, and their surface for lighting.
+    """n Gaussians without colors, float64, and their surface for lighting.
 
     Attributes:
         surface: the lit points, one per Gaussian.
@@ -38,7 +38,7 @@ class Cast:
     opacities: F64
 
     def gaussians(self, sh: F64) -> Gaussians:
-        """Float32 Gaussians in the colours `sh` [n, 16, 3]."""
+        """Float32 Gaussians in the colors `sh` [n, 16, 3]."""
         columns = self.means, self.quats, self.scales, self.opacities, sh
         return Gaussians(*(column.astype(np.float32) for column in columns))
 
@@ -51,7 +51,7 @@ def cast_of(body: Body, number: int, rng: Generator) -> Cast:
     """The Gaussians of body `number` of the scene."""
     patch = body.patch
     n = len(patch)
-    wobble = np.exp(rng.normal(0, 0.045, (n, 1)))  # trained neighbours differ in colour
+    wobble = np.exp(rng.normal(0, 0.045, (n, 1)))  # trained neighbors differ in color
     size = COVER * body.size * patch.spacing * np.exp(rng.normal(0, SIZE_SPREAD, n))
     scales = size[:, None] * np.array([np.sqrt(body.stretch), 1 / np.sqrt(body.stretch), FLATNESS])
     opacities = np.broadcast_to(body.opacity, n) * rng.uniform(0.93, 1.0, n)

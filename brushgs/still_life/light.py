@@ -1,6 +1,6 @@
 """Light of the example scene: one warm lamp, shadow, ambient occlusion, and view-dependent highlights.
 
-Light that does not depend on the viewpoint is baked into one colour per Gaussian. Highlights are evaluated
+Light that does not depend on the viewpoint is baked into one color per Gaussian. Highlights are evaluated
 for a dome of views, as photographs of a capture would show them, and fitted by least squares to spherical
 harmonics of degree 3, as training would.
 """
@@ -49,7 +49,7 @@ class Surface:
         points: [n, 3] world units.
         normals: [n, 3] unit, out of the body.
         albedos: [n, 3] linear RGB.
-        wobble: [n, 1] factor on the matt colour.
+        wobble: [n, 1] factor on the matt color.
         gloss: [n] strength of the highlight, see `Body`.
         shininess: [n] exponent of the highlight.
         bodies: [n] number of the body.
@@ -69,7 +69,7 @@ class Surface:
 
 
 def baked(surface: Surface, blockers: Blockers, to_lamp: F64) -> F64:
-    """Spherical harmonics [n, 16, 3] of the colour: diffuse light and the highlight of the lamp.
+    """Spherical harmonics [n, 16, 3] of the color: diffuse light and the highlight of the lamp.
 
     Args:
         surface: n points.
@@ -104,7 +104,7 @@ def lamp_light(surface: Surface, blockers: Blockers, to_lamp: F64) -> F64:
 
 
 def matt_light(surface: Surface, blockers: Blockers, lamp: F64) -> F64:
-    """[n, 3] linear colour without highlights, for arriving lamp light `lamp` [n, 3]."""
+    """[n, 3] linear color without highlights, for arriving lamp light `lamp` [n, 3]."""
     light = lamp + ambient(surface.points, surface.normals, surface.bodies, blockers)
     return np.asarray(surface.albedos * light * surface.wobble)
 
@@ -153,7 +153,7 @@ def ambient(points: F64, normals: F64, bodies: NDArray[np.int64], blockers: Bloc
 
 
 def encode(linear: F64) -> F64:
-    """Linear light to display-encoded colour, 0 to 1, with soft highlights (Reinhard)."""
+    """Linear light to display-encoded color, 0 to 1, with soft highlights (Reinhard)."""
     mapped = np.maximum(linear, 0)
     mapped = mapped * (1 + mapped / 9) / (1 + mapped)  # white at 3
     return np.asarray(np.clip(mapped * 1.22, 0, 1) ** (1 / 2.2))
@@ -169,7 +169,7 @@ def view_dome() -> F64:
 
 
 def fit_views(colors: F64, dome: F64) -> F64:
-    """Spherical harmonics [n, 16, 3] of degree 3 of colours [V, n, 3] seen from `dome` [V, 3].
+    """Spherical harmonics [n, 16, 3] of degree 3 of colors [V, n, 3] seen from `dome` [V, 3].
 
     Ridge regression over the dome, without a penalty on the constant term. The basis takes the direction from
     the camera, which is minus the direction of the dome.

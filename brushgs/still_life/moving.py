@@ -54,7 +54,7 @@ SWING_GROWS = 0.7  # seconds
 POOL = np.array([-1.0, 0.0, -0.9])  # middle of the light of the lamp on the table
 POOL_RADIUS, POOL_EDGE = 1.0, 1.3  # whole within, and how far beyond it ends, world units
 
-SEEN = 1.5 / 255  # visible change of a colour
+SEEN = 1.5 / 255  # visible change of a color
 LOOKS = (0.09, 0.16, 0.27, 0.36, 0.48, 0.61, 0.85)  # shares of the duration at which changes are measured
 
 

@@ -159,7 +159,7 @@ def sheet(
 
 
 def _between(column: F64, along: F64) -> F64:
-    """Rows of `column` at fractional positions, linear between neighbours."""
+    """Rows of `column` at fractional positions, linear between neighbors."""
     i = np.minimum(along.astype(int), len(column) - 2)
     t = (along - i)[:, None]
     return np.asarray(column[i] * (1 - t) + column[i + 1] * t)

@@ -2,7 +2,7 @@
 
 The curve of error over cost is sampled at a few counts, each four times the previous. Nested cells
 (`halving`) approximate clusters: the strokes of each count are merged from those of the next, painted once,
-and compared with the plain picture. Costs are modelled (`view_model`), not timed, so that the count is the
+and compared with the plain picture. Costs are modeled (`view_model`), not timed, so that the count is the
 same on every machine.
 """
 
@@ -35,7 +35,7 @@ from brushgs.values.sh import C0, base_colors, used_sh_degree
 WHITE = (1.0, 1.0, 1.0)
 FEWEST = 128  # first count of the curve: fewer strokes are a blot
 SPACING, FEWEST_SAMPLES = 4, 4  # approximate ratio of sampled counts; smaller for few samples
-ROW_STEP = 4  # compare every fourth row of pixels: neighbouring rows hardly differ
+ROW_STEP = 4  # compare every fourth row of pixels: neighboring rows hardly differ
 CELLS = 1.05  # knee of a still by cells over knee by clusters, mean of eight scenes
 
 Rule = Literal["knee", "psnr", "size"]
@@ -51,7 +51,7 @@ class Choice:
         psnr: dB to the plain picture; for the knee of a still without the error of the brush.
         size: typical length of a stroke, pixels, see `brushgs.stroke_count.view_model.typical_size`.
         knee: gain and cost of doubling there; None for other rules, or if the scene is too small.
-        curve: the M sampled counts up to N; its seconds are modelled.
+        curve: the M sampled counts up to N; its seconds are modeled.
         sizes: [M] pixels, not increasing.
     """
 
@@ -255,7 +255,7 @@ def _coarser(
 
 
 def _as_seen(gaussians: Gaussians, view_model: ViewModel) -> Gaussians:
-    """The Gaussians in the colours of this view: merging SH degree 0 is faster."""
+    """The Gaussians in the colors of this view: merging SH degree 0 is faster."""
     if used_sh_degree(gaussians) == 0:
         return gaussians
     boxes = view_model.boxes(gaussians)

@@ -1,7 +1,7 @@
 """The curve of error over run time by number of strokes, and its knee.
 
 The knee is the count with the best trade-off: with e the share of error removed and t the share of seconds
-added, both 0 at the first count of the curve and 1 at its last, the knee maximises e - t. There the curve of
+added, both 0 at the first count of the curve and 1 at its last, the knee maximizes e - t. There the curve of
 RMSE over seconds is parallel to the chord between its ends: before it a second removes more error than
 average, after it less.
 Source: the Kneedle algorithm (Satopaa et al. 2011, Finding a "Kneedle" in a Haystack), on a fit in place of a
@@ -162,7 +162,7 @@ def fitted_rmse(curve: ErrorCurve, counts: Array) -> NDArray[np.float64]:
     """The error at other counts within those of the curve, smooth and not increasing, [n].
 
     The model is a constant plus terms that fall to zero at the last count, (K^a - k^a) / a, with weights >=
-    0. Weights minimise the squared relative errors (NNLS with a ridge), so that noise averages out.
+    0. Weights minimize the squared relative errors (NNLS with a ridge), so that noise averages out.
     """
     last = float(curve.strokes[-1])
 
@@ -208,7 +208,7 @@ def _fitted(known: NDArray[np.float64], values: Array, others: NDArray[np.float6
 
 
 def _nnls(gram: NDArray[np.float64], target: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Non-negative least squares (NNLS): the x >= 0 that minimises x.gram.x / 2 - target.x.
+    """Non-negative least squares (NNLS): the x >= 0 that minimizes x.gram.x / 2 - target.x.
 
     The solution is positive on one subset of the terms, where it solves the normal equations of that subset.
     All subsets of the few terms are tried, in 1.3 ms; importing scipy.optimize.nnls takes 360 ms.

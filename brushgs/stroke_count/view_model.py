@@ -1,13 +1,13 @@
 """A model of strokes in one view of a scene: their error to the plain picture, their size and their cost.
 
-Costs are modelled, not timed, so that they are the same on every machine and in every run:
+Costs are modeled, not timed, so that they are the same on every machine and in every run:
 
     frame    = PIXEL x pixels of the picture + STROKE x strokes + PAINT x pixels of their boxes
     painting = frame + MAKE x strokes, and where they are fewer than Gaussians
                START + CLUSTER x Gaussians + CUT x strokes
     choosing = LOOK + SEARCH x Gaussians
 
-On nine real scenes at two sizes, from 128 strokes to all, modelled frame times follow measured ones of one
+On nine real scenes at two sizes, from 128 strokes to all, modeled frame times follow measured ones of one
 core within 10 % (standard deviation of the logarithm, each curve scaled to fit). Refitting the constants
 without a scene changes its number of strokes by at most 4 %.
 """
@@ -48,7 +48,7 @@ class ViewModel:
         texture: the brush or brushes.
         options: of rendering; the lock "track" does not apply.
         plain: the plain picture.
-        background: [3] colour or [H, W, 3] picture, 0 to 1, on which both are compared.
+        background: [3] color or [H, W, 3] picture, 0 to 1, on which both are compared.
     """
 
     camera: Camera
@@ -90,7 +90,7 @@ class ViewModel:
         return typical_size(boxes, width=self.camera.width, height=self.camera.height)
 
     def cost(self, strokes: Gaussians, boxes: Boxes, num_gaussians: int, cost: Cost = "frame") -> float:
-        """Modelled seconds for a frame of strokes, or for a painting of `num_gaussians` with them."""
+        """Modeled seconds for a frame of strokes, or for a painting of `num_gaussians` with them."""
         width, height = self.camera.width, self.camera.height
         painted = float(seen_areas(boxes, width, height).sum())
         total = PIXEL * width * height + STROKE * len(strokes) + PAINT[self.texture.kind] * painted
@@ -98,7 +98,7 @@ class ViewModel:
 
 
 def seconds_to_make(num_strokes: int, num_gaussians: int) -> float:
-    """Modelled seconds for making strokes: clustering, unless each Gaussian is one, and passes."""
+    """Modeled seconds for making strokes: clustering, unless each Gaussian is one, and passes."""
     merging = START + CLUSTER * num_gaussians + CUT * num_strokes if num_strokes < num_gaussians else 0.0
     return 1e-9 * (MAKE * num_strokes + merging)
 

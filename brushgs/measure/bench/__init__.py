@@ -5,7 +5,7 @@ The complete protocol:
 1. **Families.** In each family one choice varies, and everything else is as in `brushgs render`:
    - `strokes`: the number of strokes, up to one per Gaussian that pruning keeps. Against the **plain
      picture**, the whole scene as loaded with the kernel it was trained with. Seconds of a frame (project and
-     rasterise) and of a whole painting (load the file, prune, cluster, project, rasterise). Beside this total
+     rasterize) and of a whole painting (load the file, prune, cluster, project, rasterize). Beside this total
      error stands that of **clustering**: the same clusters drawn with the kernel of the plain picture. What
      remains of the total with one stroke per Gaussian is the error of the **brush**. **Held out** is the
      total error over four views between those that strokes are made for (`cameras.around.HELD_OUT`);
@@ -21,7 +21,7 @@ The complete protocol:
      twice the size; seconds of a frame.
    All families except `strokes` and `sh` paint one number of strokes: 2,000 (250 if quick), or the nearest
    number in the list. A family that does not apply to a scene is skipped, with the reason.
-2. **Error.** Of the picture on its background, clipped to 0 to 1, not quantised: RMSE and PSNR over pixels
+2. **Error.** Of the picture on its background, clipped to 0 to 1, not quantized: RMSE and PSNR over pixels
    and channels, and the largest difference. Against the plain picture also SSIM, FLIP and the share of its
    alpha left unpainted; see `brushgs.measure.likeness`.
 3. **Verified before it is timed.** Of each picture a square of 32 x 32 pixels, where most strokes lie, is

@@ -13,7 +13,7 @@ def describe_machine(num_threads: int | None = None) -> dict[str, Any]:
     """Compiler and instruction set of the core, Python, processor and threads.
 
     Raises:
-        ValueError: if the core was built without optimisation.
+        ValueError: if the core was built without optimization.
     """
     compiler, is_optimised = _core.build()
     if not is_optimised:

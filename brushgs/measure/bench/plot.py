@@ -113,12 +113,12 @@ def _draw_series(
         fill = color if kind in point.best_by else "white"
         axes.plot(across, up, "o", color=color, markerfacecolor=fill, markersize=4.5, zorder=3)
         text = point.label.removeprefix(f"{point.series}, ") + (" = 0" if point.error.rmse == 0 else "")
-        place = 3, (3 if number % 2 == 0 else -8)  # labels of neighbours alternate above and below
+        place = 3, (3 if number % 2 == 0 else -8)  # labels of neighbors alternate above and below
         axes.annotate(text, (across, up), place, textcoords="offset points", fontsize=5.5)
 
 
 def _draw_knee(axes: "Axes", family: Family, kind: str, knee: Knee) -> None:
-    """A ring at the number of strokes of the knee, on its curve between its neighbours."""
+    """A ring at the number of strokes of the knee, on its curve between its neighbors."""
     points = sorted(family.points, key=lambda point: point.strokes)
     left = max((p for p in points if p.strokes <= knee.strokes), key=lambda p: p.strokes, default=points[0])
     right = min((p for p in points if p.strokes >= knee.strokes), key=lambda p: p.strokes, default=points[-1])

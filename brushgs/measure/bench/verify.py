@@ -131,7 +131,7 @@ def expected_boxes(gaussians: Gaussians, camera: Camera, options: RenderOptions)
 
 
 def busiest_square(boxes: Boxes, camera: Camera, side: int) -> tuple[int, int]:
-    """Upper left corner (x, y) of the square of a regular grid that contains the most box centres."""
+    """Upper left corner (x, y) of the square of a regular grid that contains the most box centers."""
     columns, rows = -(-camera.width // side), -(-camera.height // side)
     column, row = (boxes.centers // side).astype(np.int64).T
     is_inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)

@@ -46,7 +46,7 @@ The complete protocol:
    over the valid pixels of all pairs with these weights; excess as above.
 6. **Loop.** On a closed path, the last picture against the first: RMSE and the largest difference.
 7. **Independence.** `alone` frames, distributed evenly over those painted, are painted again after the
-   sequence, last first, in one thread, with directions tracked anew: how many have the same bytes, colour and
+   sequence, last first, in one thread, with directions tracked anew: how many have the same bytes, color and
    alpha.
 8. **Animation**, from the boxes of every frame and the exact flow of the scene in every step: flatness,
    motion coherence and temporal continuity, as `marks.MarkMeter` defines them.
@@ -58,12 +58,12 @@ The complete protocol:
 **Looks.** A painting in a look (`--look oil`) has ground, light, a stage or several coats. Then `track`,
 `anchor` and `off` paint whole frames, as `brushgs render` does, and differ only in the lock of their coats;
 `alone` paints each moment as a still; nothing is called `published`. Steps 3 and 8 refer to the strokes of
-the scene, the largest tracked coat except a backdrop. The plain picture has the mean colour of the ground as
+the scene, the largest tracked coat except a backdrop. The plain picture has the mean color of the ground as
 background. The drawing time of a frame includes projection.
 
 The plain picture is drawn for every frame. A frame is painted only if a pair, the loop or a second painting
 needs it, and kept no longer than the widest gap (the first one until the end of a loop). Values are
-display-encoded, 0 to 1; nothing is quantised.
+display-encoded, 0 to 1; nothing is quantized.
 """
 
 from brushgs.measure.stability.figures import Figures, Stability, Warp

@@ -39,7 +39,7 @@ def main_coat(painting: Painting) -> Coat:
 
 
 def behind(painting: Painting) -> Array | None:
-    """[3] the mean colour of a painting's ground, the background of the plain picture; or None."""
+    """[3] the mean color of a painting's ground, the background of the plain picture; or None."""
     if painting.surface is None or painting.is_transparent:
         return None
     return np.asarray(painting.surface.rgb.mean(axis=(0, 1), dtype=np.float64))

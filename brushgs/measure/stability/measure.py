@@ -135,7 +135,7 @@ def _schedule(comparison: Comparison, config: StabilityConfig) -> FrameSchedule:
 
 
 class _Looks:
-    """Sums over single frames and steps between neighbours: marks, UIQM, SSIM."""
+    """Sums over single frames and steps between neighbors: marks, UIQM, SSIM."""
 
     def __init__(self, painters: dict[str, Painter], camera: Camera) -> None:
         size = {"width": camera.width, "height": camera.height}

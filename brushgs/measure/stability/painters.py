@@ -139,7 +139,7 @@ class StrokePainter:
         return frame
 
     def draw(self, boxes: Boxes, camera: Camera) -> Frame:
-        """Rasterise boxes."""
+        """Rasterize boxes."""
         return rasterize_with(boxes, camera, self.texture, self.options)
 
     def _tracked(self) -> Track | FilmTrack:
@@ -247,7 +247,7 @@ class Comparison:
         cameras: the views; the last one of a closed path equals the first.
         texture: the stroke image or kernel.
         options: of `track`, `anchor` and `off`, except for the lock.
-        background: of every picture: one RGB colour 0 to 1, or [H, W, 3].
+        background: of every picture: one RGB color 0 to 1, or [H, W, 3].
         fps: frames a second, as the path is played.
         moving: how the strokes move; None for a still scene.
         truth: a moving scene with corresponding rows, for the plain pictures and the flow, mostly the scene

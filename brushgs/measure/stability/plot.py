@@ -57,7 +57,7 @@ def _draw_errors(axes: "Axes", result: Stability) -> None:
 
 
 def _draw_excess(axes: "Axes", result: Stability) -> None:
-    """Mean excess at each gap, one labelled bar per configuration."""
+    """Mean excess at each gap, one labeled bar per configuration."""
     shown = [figures for figures in result.configurations if figures.name != "plain"]
     width = 0.8 / len(shown)
     gaps = [warp.gap for warp in shown[0].warps]

@@ -1,7 +1,7 @@
 """Pack all brushes into one texture: white, with the coverage as alpha.
 
-Coloured brushes have colours that viewers multiply by the colour of a stroke. The renderer adds instead; both
-agree if a stroke has the mean colour of its brush.
+Colored brushes have colors that viewers multiply by the color of a stroke. The renderer adds instead; both
+agree if a stroke has the mean color of its brush.
 
 There is one texture and one material, since overlapping strokes have different brushes, and viewers that draw
 a mesh in index order keep the order of strokes only within one material.
@@ -34,9 +34,9 @@ class Atlas:
     """Several brushes in one image.
 
     Attributes:
-        pixels: [h, w, 4] colour and coverage of all brushes, white and 0 between them; sides are powers
+        pixels: [h, w, 4] color and coverage of all brushes, white and 0 between them; sides are powers
             of two.
-        places: [B, 4] texture coordinates of the centres of the first (u, v) and the last texel of each
+        places: [B, 4] texture coordinates of the centers of the first (u, v) and the last texel of each
             brush; v runs downwards. These are the corners of its box, as in the renderer.
     """
 
@@ -101,7 +101,7 @@ def png_of(pixels: U8) -> bytes:
 def images_of(brushes: BrushSet) -> list[tuple[U8, float]]:
     """Each brush (or kernel) as an image [h, w, 4] and a gain; last the soft kernel of underpaint.
 
-    The gain, in linear light, must be applied to the colours of the strokes, as a texture can only darken.
+    The gain, in linear light, must be applied to the colors of the strokes, as a texture can only darken.
     """
     soft = soft_brush().coverage
     return [*(_image_of(texture, soft) for texture in brushes.textures), (_white(soft), 1.0)]

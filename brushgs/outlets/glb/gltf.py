@@ -5,7 +5,7 @@
         a node with a mesh for each coat
 
 Below "scene" all coordinates are those of the scene file, apart from its rotation and translation. The meshes
-share one texture and one blended, double-sided material, which is unlit or has a normal map. Vertex colours
+share one texture and one blended, double-sided material, which is unlit or has a normal map. Vertex colors
 in glTF are linear, so they are decoded from the display encoding.
 """
 

@@ -32,7 +32,7 @@ CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 # with 1 and 0.022, 0.020, 0.021 with 0.5; the still life by 0.029, 0.051, 0.007, by 0.030, 0.053, 0.014 and
 # by 0.027, 0.049, 0.011.
 SETBACK = 0.5
-# Number of averagings of normals over some 20 neighbours. With none or one, fur is black or white under a
+# Number of averagings of normals over some 20 neighbors. With none or one, fur is black or white under a
 # lamp.
 SMOOTHINGS = 4
 
@@ -72,7 +72,7 @@ class Quads:
 def baked(coat: Coat, camera: Camera) -> tuple[Quads, ProjectCounts]:
     """The boxes of a coat in one view, with underpaint, as rectangles; and cull counts.
 
-    From this camera each rectangle exactly covers the box of its stroke, in its colour in that view.
+    From this camera each rectangle exactly covers the box of its stroke, in its color in that view.
     """
     boxes, counts = coat.boxes(camera)
     brush_set = BrushSet.of(coat.texture)
@@ -129,7 +129,7 @@ def _unprojected(
 def lying(coat: Coat, camera: Camera, *, is_lit: bool = False) -> Quads:
     """The strokes of a coat in the planes of their two longest axes; u runs along the longest.
 
-    A stroke has one colour, the mean over all directions, as SH are untrained for views from behind. The
+    A stroke has one color, the mean over all directions, as SH are untrained for views from behind. The
     camera decides the order and the front side, on which brushes are not mirrored and underpaint lies behind.
     Strokes without area, or with an opacity below 1/255, are omitted. With `is_lit`, for programs that light
     the paint, normals are smoothed over the surface; otherwise they are those of the rectangles.
@@ -189,7 +189,7 @@ def _form(strokes: Gaussians, camera: Camera) -> F64:
 
 
 def _spanned(centers: F64, along: F64, across: F64) -> F64:
-    """[M, 4, 3] corners of rectangles around centres, [M, 3] each, from half sides."""
+    """[M, 4, 3] corners of rectangles around centers, [M, 3] each, from half sides."""
     return np.asarray(centers[:, None] + CORNERS[:, :1] * along[:, None] + CORNERS[:, 1:] * across[:, None])
 
 

@@ -1,7 +1,7 @@
 """A painting and its scene -> a few small strokes of pure light and dark, to be laid last.
 
-Merged strokes have the mean colour of their members, so a painting loses the extreme lights and darks of its
-scene, such as the highlight in an eye. Accents in these colours are laid where they are missing most.
+Merged strokes have the mean color of their members, so a painting loses the extreme lights and darks of its
+scene, such as the highlight in an eye. Accents in these colors are laid where they are missing most.
 """
 
 from dataclasses import dataclass, replace
@@ -30,7 +30,7 @@ EXTREMES = 0.05  # share of the pixels of views that is light, and the same for 
 LEAST_CONTRAST = 0.08  # OKLab L, minimum difference of lights and darks from the middle
 OPAQUE = 0.8  # alpha of pixels that are compared
 LACKS = (0.03, 0.12)  # OKLab L: a smaller lack counts 0, a larger one 1
-PURER = 0.02  # OKLab L beyond the colour of the scene
+PURER = 0.02  # OKLab L beyond the color of the scene
 LENGTH = 0.014  # of an accent, over the diagonal of the first view: 7 pixels of 400x300
 ASPECT, THICKNESS = 2.2, 0.15  # length over width, and thickness over width
 APART = 3.0  # minimum distance of two accents, in lengths: side by side they look like a fence
@@ -38,7 +38,7 @@ OPACITY = 0.95
 BEFORE = 8  # nearest strokes, all of which an accent lies in front of
 LEAST = 0.05  # minimum lack at an accent, OKLab L times pixels over all views
 MOST_PLACES = 20  # candidates per accent
-SURE = 0.5  # alpha of a pixel that shows a colour
+SURE = 0.5  # alpha of a pixel that shows a color
 MOST_LIFT = 1.5  # maximum shift toward the camera, in lengths
 
 
@@ -68,7 +68,7 @@ def accents(
 
     Returns:
         At most `count` flat strokes with the columns of the others, each along the stroke below it and
-        slightly in front of it in the first view, without view-dependent colour. Fewer if less is missing.
+        slightly in front of it in the first view, without view-dependent color. Fewer if less is missing.
     """
     if count <= 0 or len(strokes) == 0 or len(gaussians) == 0 or len(views) == 0:
         return strokes.take(slice(0, 0))
@@ -117,7 +117,7 @@ def _ends(plain: list[F32], views: PlainViews) -> tuple[float, float]:
 def _pure(
     gaussians: Gaussians, views: PlainViews, lacks: F64, end: tuple[float, float], size: F64, count: int
 ) -> _Chosen:
-    """Gaussians of light, or dark, colour where most of it is missing, at most `count`.
+    """Gaussians of light, or dark, color where most of it is missing, at most `count`.
 
     The end is a sign, 1 for lights and -1 for darks, and the limit of their lightness.
     """
@@ -219,7 +219,7 @@ def _laid(strokes: Gaussians, means: F64, size: F64, camera: Camera) -> Gaussian
 def _extremes(means: F64, views: PlainViews, sign: float) -> F64:
     """[n, 3] OKLab of the lightest (sign 1) or darkest (-1) pixel of views at positions [n, 3].
 
-    A middle grey if no view shows the position.
+    A middle gray if no view shows the position.
     """
     found, best = np.tile([0.5, 0.0, 0.0], (len(means), 1)), np.full(len(means), -np.inf)
     for camera, frame in views.pairs():

@@ -43,7 +43,7 @@ FULL_BORDER = 0.8
 
 @dataclass(frozen=True)
 class Tone:
-    """A colour that matches the mean colour of a scene, in OKLab.
+    """A color that matches the mean color of a scene, in OKLab.
 
     Attributes:
         lightness: 0 to 1.
@@ -56,7 +56,7 @@ class Tone:
     warmth: tuple[float, float] = (0.012, 0.04)
 
     def lab(self, mean: F64) -> F64:
-        """[3] this tone for a mean colour [3], both OKLab."""
+        """[3] this tone for a mean color [3], both OKLab."""
         return np.array([self.lightness, *(-self.complement * mean[1:] + self.warmth)])
 
 
@@ -104,12 +104,12 @@ TONED = Tone(0.58)  # of a ground
 
 
 def mean_lab(gaussians: Gaussians, weights: Array | None = None) -> F64:
-    """[3] the mean colour of a scene, OKLab.
+    """[3] the mean color of a scene, OKLab.
 
     Args:
         gaussians: N Gaussians.
         weights: [N] >= 0; None for their paint, opacity x mean projected area. If all are zero, as in an
-            empty scene, the mean is a middle grey.
+            empty scene, the mean is a middle gray.
     """
     if weights is None:
         weights = paint_of(gaussians)
@@ -174,7 +174,7 @@ def backdrop(
     """Loose strokes on a sphere around a scene and all cameras, only those visible to some camera.
 
     Args:
-        gaussians: the scene, N Gaussians, for colours and extent.
+        gaussians: the scene, N Gaussians, for colors and extent.
         first_view: of the scene, for its up axis.
         cameras: all views of the job. They decide the radius of the sphere, the number of strokes (more for a
             narrow field of view, up to 2.2^2 times as many), and which are kept.
@@ -183,7 +183,7 @@ def backdrop(
         seed: of the jitter.
 
     Returns:
-        Flat strokes that face the centre, without view-dependent colour, in the dtype of the scene.
+        Flat strokes that face the center, without view-dependent color, in the dtype of the scene.
 
     Raises:
         ValueError: if there is no camera.
@@ -263,5 +263,5 @@ def seen_by_any(means: F64, reaches: F64, cameras: Sequence[Camera]) -> Mask:
 
 
 def _display_rgb(lab: F64) -> F64:
-    """[n, 3] display-encoded colours of OKLab, clipped to 0 to 1."""
+    """[n, 3] display-encoded colors of OKLab, clipped to 0 to 1."""
     return np.asarray(np.clip(rgb_of_oklab(lab), 0, 1))

@@ -1,7 +1,7 @@
 """What lies behind the edges of a scene predicted from one photograph, painted from what surrounds it.
 
 From the side, a gap opens between what is near and what lies behind it, and at the borders of the picture.
-There the nearest surface behind goes on, in its colours and at its depth (layered depth images, Shade et al.
+There the nearest surface behind goes on, in its colors and at its depth (layered depth images, Shade et al.
 1998).
 """
 
@@ -24,7 +24,7 @@ PAINTED = 0.5  # alpha of a surface
 NEAREST, FARTHEST = 0.02, 0.98  # quantiles of the depths
 WIDEST = 0.35  # of the longer side, a gap
 OVERLAP, THIN = 0.8, 0.05  # of a Gaussian: its sizes in pixels, across and along the view
-BLUR = 2.0  # pixels, of the colours
+BLUR = 2.0  # pixels, of the colors
 OPACITY = 0.99
 
 

@@ -22,7 +22,7 @@ def beside(subject: Gaussians, strokes: Gaussians, cameras: Sequence[Camera]) ->
     """How light a subject is beside other strokes, as some views show them.
 
     Args:
-        subject: N strokes whose colours are tones, the same in all channels.
+        subject: N strokes whose colors are tones, the same in all channels.
         strokes: n strokes of its stage.
         cameras: of the job.
 

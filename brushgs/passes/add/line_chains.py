@@ -25,7 +25,7 @@ def link(points: F64, normals: F64, *, gap: float, min_arm: int = 4) -> Rows:
         min_arm: minimum points of a chain for a gap to be crossed.
 
     Returns:
-        [E, 2] the two neighbours of each point, -1 for none.
+        [E, 2] the two neighbors of each point, -1 for none.
     """
     if len(points) < 2:
         return np.full((len(points), 2), -1)

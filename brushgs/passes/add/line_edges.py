@@ -1,6 +1,6 @@
 """A plain picture with its depth -> edge points, where a person would draw a line, with subpixel precision.
 
-An edge is a step of colour (OKLab) or of disparity, the inverse of depth. Coincident steps of both add up, so
+An edge is a step of color (OKLab) or of disparity, the inverse of depth. Coincident steps of both add up, so
 they give one line instead of two side by side. Slopes that continue over a wider window are shading or a
 receding floor, and are subtracted. Texture has edges in all directions: an edge counts by the agreement of
 the steps around it, or by its isolation.
@@ -26,7 +26,7 @@ WIDE = 9  # px, the window in which steps must agree
 SURROUND = 25  # px, the window in which an edge must stand out
 SOLID = 0.5  # minimum alpha of a pixel that shows a surface
 NEAREST = 0.05  # of the depth of the subject; smaller depths are clipped to this
-CHROMA = 1.6  # weight of chroma, relative to lightness: a red mark on an equally light grey is visible
+CHROMA = 1.6  # weight of chroma, relative to lightness: a red mark on an equally light gray is visible
 DISPARITY = 2.2  # of a step of disparity over that of the subject, in steps of lightness
 LEAST_DISPARITY = 0.025  # of that of the subject: the depth of trained scenes is as rough as this
 SURE_DISPARITY = 0.06  # above which an edge is surely an edge of depth
@@ -65,7 +65,7 @@ class Picture:
     """The channels in which edges are found.
 
     Attributes:
-        lab: [3, H, W] OKLab of the plain picture, over its own mean colour.
+        lab: [3, H, W] OKLab of the plain picture, over its own mean color.
         disparity: [H, W] inverse depth over that of the subject; 0 for empty pixels.
         alpha: [H, W] of the plain picture.
     """
@@ -104,7 +104,7 @@ def edge_points(picture: Picture, *, least: float) -> EdgePoints:
         least: minimum strength of an edge.
     """
     full, half = _Tensor.zeros(picture.alpha.shape), _Tensor.zeros(picture.alpha[::2, ::2].shape)
-    # Steps of colour count if both sides are solid.
+    # Steps of color count if both sides are solid.
     shape = picture.alpha.shape
     solid = _doubled(_solidity(ndimage.minimum_filter(picture.alpha[::2, ::2], 3)), shape)
     for channel in picture.lab:

@@ -18,7 +18,7 @@ INNER, OUTER = 4.5, 2.0
 ONWARD = 1.5
 MIXED = 0.06  # of the depth, between both positions: above it the outer one mixes both sides
 SOLID = 0.3  # minimum alpha of a pixel with a depth
-SMOOTH = 12  # passes of averaging with neighbours one pixel away
+SMOOTH = 12  # passes of averaging with neighbors one pixel away
 DEPTH_REACH = 12  # px to each side over which depth is averaged, twice: depth of trained scenes is rough
 JUMP, JUMP_REACH = 0.04, 10  # of the depth, px on either side: lines are cut between bodies
 

@@ -45,7 +45,7 @@ class Along:
         return np.clip(np.arange(len(self)) + shift, self.first, self.last)
 
     def smooth(self, values: F64, times: int) -> F64:
-        """Values [P, k] averaged `times` times with their neighbours, a deviation of root(times / 2) points.
+        """Values [P, k] averaged `times` times with their neighbors, a deviation of root(times / 2) points.
 
         Ends stay.
         """

@@ -69,7 +69,7 @@ def find_lines(
 ) -> Lines:
     """Find the lines of a contour drawing of a scene.
 
-    Edges of colour and depth are found in the plain picture of each view, lifted into space by its depth and
+    Edges of color and depth are found in the plain picture of each view, lifted into space by its depth and
     compared with the other views; see the modules of this folder. The first view is the picture: it is drawn
     at 480,000 pixels, and decides alone about the surfaces it sees. Other views add lines on hidden surfaces,
     for a moving camera.

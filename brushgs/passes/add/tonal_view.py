@@ -1,7 +1,7 @@
 """Strokes in one view -> maps of what hatching follows: tone, direction, normal and depth, in every pixel.
 
 All are drawn as soft pictures of the strokes, not of the scene: so marks follow every change of strokes, in
-colour, light or direction, and lie on the surface that hides lines.
+color, light or direction, and lie on the surface that hides lines.
 """
 
 from collections.abc import Callable
@@ -136,7 +136,7 @@ def _directions(boxes: Boxes, axes: F64, camera: Camera, drawn: Draw) -> F32:
     K = camera.K
     along = axes[boxes.ids] @ camera.viewmat[:3, :3].T
     rays = (boxes.centers.astype(np.float64) - K[:2, 2]) / np.diag(K)[:2]
-    # The picture of a short piece of the axis at the centre of the box.
+    # The picture of a short piece of the axis at the center of the box.
     x, y = ((along[:, :2] - rays * along[:, 2:]) * np.diag(K)[:2] / np.sqrt(K[0, 0] * K[1, 1])).T
     pairs = np.stack([x * x - y * y, 2 * x * y, np.zeros(len(x))], axis=1)
     frame, scale = drawn(np.clip(0.5 + 0.5 * pairs, 0, 1)), scale_of(camera)
@@ -159,6 +159,6 @@ def _normals(boxes: Boxes, normals: F64, camera: Camera, drawn: Draw) -> F32:
 
 
 def _smoothed(frame: Frame, deviation: float) -> F32:
-    """[H, W, 3] what the colours of a frame stand for, from -1 to 1, averaged."""
+    """[H, W, 3] what the colors of a frame stand for, from -1 to 1, averaged."""
     field = 2 * frame.rgb - frame.alpha[..., None]
     return np.asarray(ndimage.gaussian_filter(field, (deviation, deviation, 0), truncate=2.5), np.float32)

@@ -1,1 +1,1 @@
-"""Passes that change colours: palettes, grading, broken colour, and the light of a lamp."""
+"""Passes that change colors: palettes, grading, broken color, and the light of a lamp."""

@@ -1,7 +1,7 @@
-"""Brightness, contrast, saturation, temperature and swaps of colours, as one colour map.
+"""Brightness, contrast, saturation, temperature and swaps of colors, as one color map.
 
 The first four are affine in display-encoded RGB, so a painting of adjusted strokes is the adjusted painting,
-up to clipping. A swap moves one colour to another: shades of the same hue move with it in OKLab, greys and
+up to clipping. A swap moves one color to another: shades of the same hue move with it in OKLab, grays and
 other hues stay.
 
 After Chang et al. 2015, Palette-based Photo Recoloring: lightness by a monotone curve, chroma by a weight
@@ -26,23 +26,23 @@ if TYPE_CHECKING:
 MIDDLE = 0.5  # display-encoded, fixed point of contrast
 # Logarithms of the gains of red, green and blue at temperature 1: about from 6500 K to 4000 K.
 WARMTH = (0.25, 0.0, -0.35)
-GREY = 0.04  # OKLab chroma below which a colour is swapped by distance, not by hue
-# Limits of the full and of any effect of a swap: angle from the hue, and chroma relative to the colour; for
-# greys distance in chroma, and in lightness. All shades of a hue move: with a limit in lightness too, cream
+GREY = 0.04  # OKLab chroma below which a color is swapped by distance, not by hue
+# Limits of the full and of any effect of a swap: angle from the hue, and chroma relative to the color; for
+# grays distance in chroma, and in lightness. All shades of a hue move: with a limit in lightness too, cream
 # swapped to navy was darker than the shades below it.
 HUES, CHROMA = np.radians((25.0, 55.0)), (0.65, 0.25)
 GREY_CHROMA, GREY_LIGHTNESS = (0.02, 0.07), (0.10, 0.35)
-GENTLE = 3.0  # minimum width of the falloff of a swap of greys, in changes of lightness, to preserve order
+GENTLE = 3.0  # minimum width of the falloff of a swap of grays, in changes of lightness, to preserve order
 MOST_CHROMA = 0.32  # of OKLab within the gamut
-NEAR_END = 0.05  # of lightness: colours this near to black or white are swapped with it
-KEPT = 0.12  # range of lightness on both sides of a swapped colour in which differences are preserved
+NEAR_END = 0.05  # of lightness: colors this near to black or white are swapped with it
+KEPT = 0.12  # range of lightness on both sides of a swapped color in which differences are preserved
 
 
 def adjust_map(config: AdjustConfig) -> ColorMap:
-    """The colour map of adjustments: swaps, in their order, then one affine map of the others."""
+    """The color map of adjustments: swaps, in their order, then one affine map of the others."""
     luminance = np.ones((3, 1)) * LUMINANCE
     gains = np.exp(config.temperature * np.array(WARMTH))
-    gains /= gains @ LUMINANCE  # greys keep their luminance
+    gains /= gains @ LUMINANCE  # grays keep their luminance
     saturation = config.saturation * np.eye(3) + (1 - config.saturation) * luminance
     offset = np.full(3, MIDDLE * (1 - config.contrast) + config.brightness)
     affine = Affine(config.contrast * saturation @ np.diag(gains), offset)
@@ -53,7 +53,7 @@ def adjust_map(config: AdjustConfig) -> ColorMap:
 
 @dataclass(frozen=True, eq=False)
 class Gray:
-    """Colours without chroma, in the same OKLab lightness: a `ColorMap`."""
+    """Colors without chroma, in the same OKLab lightness: a `ColorMap`."""
 
     def colors(self, rgb: F64, features: "StrokeFeatures | None" = None) -> F64:
         """See `ColorMap`."""
@@ -68,7 +68,7 @@ class Gray:
 
 @dataclass(frozen=True, eq=False)
 class Swap:
-    """A swap of one colour and its shades for another: a `ColorMap`.
+    """A swap of one color and its shades for another: a `ColorMap`.
 
     Attributes:
         before: [3] OKLab.
@@ -92,7 +92,7 @@ class Swap:
         moved[:, 0] = self._curve(within) + lab[:, 0] - within
         moved[:, 1:] = self._moved_chroma(lab[:, 1:])
         mapped = rgb_of_oklab(lab + weights[:, None] * (moved - lab))
-        return np.where(weights[:, None] > 0, mapped, rgb)  # unaffected colours stay, bit for bit
+        return np.where(weights[:, None] > 0, mapped, rgb)  # unaffected colors stay, bit for bit
 
     def slopes(self, rgb: F64, after: F64, features: "StrokeFeatures | None" = None) -> F64:
         """See `ColorMap`."""
@@ -103,13 +103,13 @@ class Swap:
         return float(np.hypot(*self.before[1:]))
 
     def _moved_chroma(self, ab: F64) -> F64:
-        """[M, 2] a and b after: colours are rotated, with chroma by a monotone curve; greys are shifted."""
+        """[M, 2] a and b after: colors are rotated, with chroma by a monotone curve; grays are shifted."""
         if self._chroma < GREY:
             return ab + (self.after[1:] - self.before[1:])
         old, new = complex(*self.before[1:]), complex(*self.after[1:])
         turn = new / old / abs(new / old) if abs(new) > 1e-9 else 1.0
         chroma = np.hypot(*ab.T)
-        # A constant factor would move shades of a dull colour that becomes bright far out of gamut.
+        # A constant factor would move shades of a dull color that becomes bright far out of gamut.
         last = max(abs(old), abs(new), MOST_CHROMA) + 0.01
         curve = PchipInterpolator([0, abs(old), last], [0, abs(new), last])
         factors = curve(np.minimum(chroma, last)) + np.maximum(chroma - last, 0)
@@ -118,9 +118,9 @@ class Swap:
 
     @cached_property
     def _curve(self) -> PchipInterpolator:
-        """Lightness after as a function of lightness before: slope 1 around the colour; black and white stay.
+        """Lightness after as a function of lightness before: slope 1 around the color; black and white stay.
 
-        If the colour is black or white itself, these move with it.
+        If the color is black or white itself, these move with it.
         """
         old, new = float(self.before[0]), float(np.clip(self.after[0], 0.02, 0.98))
         kept = min(KEPT, 0.6 * min(new, 1 - new))
@@ -132,7 +132,7 @@ class Swap:
         return PchipInterpolator(*np.transpose(knots))
 
     def _weights(self, lab: F64) -> F64:
-        """[M] weight of each colour, 0 to 1."""
+        """[M] weight of each color, 0 to 1."""
         if self._chroma < GREY:
             whole, none = GREY_LIGHTNESS
             none = max(none, whole + GENTLE * abs(self.after[0] - self.before[0]))

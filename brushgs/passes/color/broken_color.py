@@ -1,9 +1,9 @@
-"""Strokes -> strokes in broken colour: each a little lighter or darker, warmer or cooler.
+"""Strokes -> strokes in broken color: each a little lighter or darker, warmer or cooler.
 
-Painters do not mix one colour for a whole wall; neighbouring strokes differ, and the eye mixes them. Every
-stroke gets a small normal shift in OKLab minus the mean shift around it, so that local mean colours stay.
+Painters do not mix one color for a whole wall; neighboring strokes differ, and the eye mixes them. Every
+stroke gets a small normal shift in OKLab minus the mean shift around it, so that local mean colors stay.
 Shifts are hashes of position and seed, independent of order and camera. With `follows`, shifts scale with
-chroma: greys stay grey and vary only in lightness; pure colours vary in chroma more than in hue.
+chroma: grays stay gray and vary only in lightness; pure colors vary in chroma more than in hue.
 """
 
 import operator
@@ -24,7 +24,7 @@ LIGHTNESS, CHROMA = 0.016, 0.007
 # shirt 0.2), and factors along and across the direction of a and b, with constant sum of squares.
 COLORFUL = 0.08
 ALONG, ACROSS = 1.3, 0.55
-NUM_AROUND = 8  # neighbours whose mean shift, with its own, is subtracted
+NUM_AROUND = 8  # neighbors whose mean shift, with its own, is subtracted
 MOST = 0.5
 MAX_SEED = 2**32 - 1
 _BISECTIONS = 8
@@ -38,10 +38,10 @@ def break_colors(
     follows: float = 0.0,
     seed: int = 0,
 ) -> Gaussians:
-    """Vary the colours of strokes; local means stay.
+    """Vary the colors of strokes; local means stay.
 
-    Only the view-independent part of a colour changes. No channel leaves the display range: near black, white
-    and pure colours shifts shrink equally in both directions, and colours outside do not move further out.
+    Only the view-independent part of a color changes. No channel leaves the display range: near black, white
+    and pure colors shifts shrink equally in both directions, and colors outside do not move further out.
     White paper stays white.
 
     Args:
@@ -49,7 +49,7 @@ def break_colors(
         lightness: standard deviation of the shift of OKLab L, 0 (black) to 1 (white); 0 to 0.5.
         chroma: standard deviation of the shifts of OKLab a and b, likewise.
         follows: 0 (same for all strokes) to 1: scale shifts of a and b with the stroke's chroma, from none
-            for a grey to full at 0.08, mostly along its hue.
+            for a gray to full at 0.08, mostly along its hue.
         seed: 0 to 2^32 - 1.
 
     Returns:
@@ -81,7 +81,7 @@ def break_colors(
     shifts = _normals(strokes.means, seed) * (lightness, chroma, chroma)
     shifts *= _room(colors, lab, shifts)[:, None]
     shifts -= _means_around(strokes, shifts)
-    if follows:  # after subtracting means, or a grey would take its neighbours' colour
+    if follows:  # after subtracting means, or a gray would take its neighbors' color
         shifts[:, 1:] += follows * (_followed(lab, shifts[:, 1:]) - shifts[:, 1:])
     shifts *= _room(colors, lab, shifts)[:, None]
     return shift_base_colors(strokes, rgb_of_oklab(lab + shifts) - colors)
@@ -97,7 +97,7 @@ def _normals(means: Array, seed: int) -> F64:
 
 
 def _followed(lab: F64, shifts: F64) -> F64:
-    """Shifts [k, 2] of a and b, scaled by the colours [k, 3]."""
+    """Shifts [k, 2] of a and b, scaled by the colors [k, 3]."""
     chromas = np.hypot(lab[:, 1], lab[:, 2])
     along = lab[:, 1:] / np.maximum(chromas, np.finfo(np.float64).tiny)[:, None]
     across = np.stack([-along[:, 1], along[:, 0]], axis=1)
@@ -109,7 +109,7 @@ def _followed(lab: F64, shifts: F64) -> F64:
 
 
 def _means_around(strokes: Gaussians, shifts: F64) -> F64:
-    """[k, 3] mean shift of each stroke and its neighbours, weighted by painted area times opacity."""
+    """[k, 3] mean shift of each stroke and its neighbors, weighted by painted area times opacity."""
     neighbors = nearest_others(strokes.means.astype(np.float64), NUM_AROUND)
     rows = np.concatenate([np.arange(len(strokes))[:, None], neighbors], axis=1)
     scales = np.sort(strokes.scales, axis=1)[:, 1:].astype(np.float64)

@@ -1,6 +1,6 @@
-"""Colour maps on Gaussians: base colours by the map, view-dependent terms by its derivative.
+"""Color maps on Gaussians: base colors by the map, view-dependent terms by its derivative.
 
-So highlights stay highlights. Blending is linear in colour: an affine map of Gaussians and background equals
+So highlights stay highlights. Blending is linear in color: an affine map of Gaussians and background equals
 the same map of the picture, up to clipping; other maps are right to first order.
 """
 
@@ -24,14 +24,14 @@ STEP = 1e-3  # of RGB: for derivatives by differences
 
 
 class ColorMap(Protocol):
-    """A map of display-encoded colours; values beyond 0 to 1 are not clipped."""
+    """A map of display-encoded colors; values beyond 0 to 1 are not clipped."""
 
     def colors(self, rgb: F64, features: "StrokeFeatures | None" = None) -> F64:
-        """[M, 3] the colours after the map.
+        """[M, 3] the colors after the map.
 
         Args:
             rgb: [M, 3] before.
-            features: of the M strokes with these colours; None for colours of no stroke, such as a ground.
+            features: of the M strokes with these colors; None for colors of no stroke, such as a ground.
         """
 
     def slopes(self, rgb: F64, after: F64, features: "StrokeFeatures | None" = None) -> F64:
@@ -116,12 +116,12 @@ def difference_slopes(one: ColorMap, rgb: F64, features: "StrokeFeatures | None"
 
 
 def map_colors(gaussians: Gaussians, one: ColorMap, features: "StrokeFeatures | None" = None) -> Gaussians:
-    """Gaussians in other colours, in the same dtype.
+    """Gaussians in other colors, in the same dtype.
 
     Args:
         gaussians: N Gaussians.
         one: the map.
-        features: of the N strokes, for maps that depend on more than colour.
+        features: of the N strokes, for maps that depend on more than color.
     """
     sh = gaussians.sh
     mapped = np.empty_like(sh)

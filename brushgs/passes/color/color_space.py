@@ -1,7 +1,7 @@
-"""Conversions between display-encoded RGB and the space in which colours are matched, and derivatives.
+"""Conversions between display-encoded RGB and the space in which colors are matched, and derivatives.
 
 "srgb" is the encoded RGB itself, "linear" linear light, "lab" CIELAB (white D65), divided by 100 so that all
-three have numbers of order one. Out-of-gamut colours, encoded values beyond 0 to 1, survive the round trip.
+three have numbers of order one. Out-of-gamut colors, encoded values beyond 0 to 1, survive the round trip.
 Source: IEC 61966-2-1 (sRGB); ISO/CIE 11664-4 (CIELAB). For OKLab, used for shifts, see
 `brushgs.values.colors`.
 """
@@ -27,7 +27,7 @@ from brushgs.values.colors import (
 _XYZ_FROM_RGB = np.array(
     [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
 )
-# XYZ over the white point, which is the sum of each row: a grey has three equal numbers.
+# XYZ over the white point, which is the sum of each row: a gray has three equal numbers.
 _XYZ_OVER_WHITE = _XYZ_FROM_RGB / _XYZ_FROM_RGB.sum(axis=1, keepdims=True)
 _LAB_FROM_ROOTS = np.array([[0.0, 1.16, 0.0], [5.0, -5.0, 0.0], [0.0, 2.0, -2.0]])
 _BLACK = np.array([-0.16, 0.0, 0.0])  # offset that makes the lightness of black 0
@@ -89,7 +89,7 @@ def oklab_tables() -> tuple[F32, F32, F32, F32]:
 
 @dataclass(frozen=True)
 class Space:
-    """A colour space: matrix x nonlinearity(matrix x linear light), where each step may be the identity.
+    """A color space: matrix x nonlinearity(matrix x linear light), where each step may be the identity.
 
     Attributes:
         name: see the module.
@@ -98,7 +98,7 @@ class Space:
     name: ColorSpace
 
     def to(self, rgb: Array) -> F64:
-        """Display-encoded colours [N, 3] in this space."""
+        """Display-encoded colors [N, 3] in this space."""
         if self.name == "srgb":
             return np.asarray(rgb, np.float64)
         linear = linear_from_srgb(np.asarray(rgb, np.float64))
@@ -107,7 +107,7 @@ class Space:
         return np.asarray(_root(linear @ _XYZ_OVER_WHITE.T) @ _LAB_FROM_ROOTS.T + _BLACK)
 
     def back(self, colors: F64) -> F64:
-        """Colours [N, 3] of this space, display-encoded: the inverse of `to`."""
+        """Colors [N, 3] of this space, display-encoded: the inverse of `to`."""
         if self.name == "srgb":
             return colors
         if self.name == "linear":
@@ -116,7 +116,7 @@ class Space:
         return np.asarray(srgb_from_linear(_cube(roots) @ np.linalg.inv(_XYZ_OVER_WHITE).T), np.float64)
 
     def slopes_to(self, rgb: F64) -> F64:
-        """[N, 3, 3] the derivative of `to` at display-encoded colours [N, 3]."""
+        """[N, 3, 3] the derivative of `to` at display-encoded colors [N, 3]."""
         if self.name == "srgb":
             return np.broadcast_to(np.eye(3), (len(rgb), 3, 3))
         into = srgb_slope(rgb)[:, None, :]
@@ -126,10 +126,10 @@ class Space:
         return np.asarray(_LAB_FROM_ROOTS @ (roots[:, :, None] * _XYZ_OVER_WHITE) * into)
 
     def slopes(self, before: F64, after: F64, matrix: F64) -> F64:
-        """Derivative of a linear map in this space by display-encoded colours.
+        """Derivative of a linear map in this space by display-encoded colors.
 
         Args:
-            before: [N, 3] display-encoded colours before the map.
+            before: [N, 3] display-encoded colors before the map.
             after: [N, 3] the same after the map.
             matrix: [3, 3] the map, in this space.
 

@@ -1,9 +1,9 @@
 """Strokes lit by a lamp in the scene: warm and light where it shines, cool in the shade.
 
 Light is a key, which depends on the angle and is blocked by strokes, and a fill, which comes from above and
-is reflected by the table. Colours of strokes are changed in OKLab by the ratio of this light to their present
+is reflected by the table. Colors of strokes are changed in OKLab by the ratio of this light to their present
 light. That is unknown in a capture: then the mean of the new light is used, so the scene keeps its overall
-lightness, and the share of the lamp that is already in its colours is subtracted.
+lightness, and the share of the lamp that is already in its colors is subtracted.
 """
 
 from collections.abc import Sequence
@@ -29,13 +29,13 @@ FILL = 0.3  # in a capture, for legible shade
 KNOWN_FILL = 0.06  # for a known lamp of a scene; 0.04 in the still life
 FROM_BELOW, FROM_TABLE = 0.45, 0.4  # fill facing down, relative to up; and the addition near the table
 BELOW_ENDS = 0.9  # radii above the table where its reflection ends
-# By which light reaches around: of a plane, and more where neighbours disagree; and the latter where the lamp
+# By which light reaches around: of a plane, and more where neighbors disagree; and the latter where the lamp
 # is known.
 WRAP, ROUGH_WRAP, KNOWN_ROUGH_WRAP = 0.1, 0.5, 0.3
 SOFT = 0.05  # cosine over which the light ends
 DETAIL = 0.65  # share of a plane's own light, against that of the mass around it; 1 makes fur mottled
 
-# The colours, OKLab.
+# The colors, OKLab.
 KNOWN_SLOPE = 0.3  # of log L by log light; linear light has 1/3, displays compress it
 TONED = 0.7  # exponent of L of its change in a capture: dark objects show form too
 TOP, BOTTOM = 0.985, 0.06  # limits of L for lights and darks
@@ -43,15 +43,15 @@ LEAST_GROWN, MOST_GROWN = 0.8, 1.12  # limits of the growth of chroma with light
 MOST_KNOWN_GROWN = 2.0  # the same where the lamp is known
 WARM = np.array([0.005, 0.018])  # a and b between middle and full light
 TURNS = 0.35  # logarithm of the light over which the temperature changes
-FULL_WARMTH = 0.45  # L above which colours take all of it
-COOL = 0.6  # share of it if lights are cool: shade in warm colours is soon muddy
+FULL_WARMTH = 0.45  # L above which colors take all of it
+COOL = 0.6  # share of it if lights are cool: shade in warm colors is soon muddy
 WARM_ENOUGH = 12.0  # CIELAB b* of lights over darks above which no warmth is added: few paintings have more
 CLEAR = 0.25  # minimum correlation of L and b that is clear; measured: koala -0.59, skull 0.31
 
-# Estimate of the present light from colours.
-FIRST_PAIR, PAIR_STEP = 2, 2  # among the neighbours of a stroke, for comparison
-LIKE = 0.03  # distance of a and b at which neighbours are the same paint
-LEAST_SPREAD = 0.01  # mean square difference of log light between neighbours that counts half
+# Estimate of the present light from colors.
+FIRST_PAIR, PAIR_STEP = 2, 2  # among the neighbors of a stroke, for comparison
+LIKE = 0.03  # distance of a and b at which neighbors are the same paint
+LEAST_SPREAD = 0.01  # mean square difference of log light between neighbors that counts half
 LEAST_EXPLAINED = -0.2  # minimum explained share of a light
 
 FARTHEST = 1e6  # radii; farther is there
@@ -112,10 +112,10 @@ class KeyLight:
         return cls(strokes, place, facing, centers, blockers, is_inside, lit_by)
 
     def colors(self, lamp: F64, strength: float = 1.0) -> F64:
-        """[k, 3] display-encoded colours of the strokes without their view-dependent part, 0 to 1.
+        """[k, 3] display-encoded colors of the strokes without their view-dependent part, 0 to 1.
 
         Args:
-            lamp: [3] unit vector toward the light, world axes. A small turn changes colours little.
+            lamp: [3] unit vector toward the light, world axes. A small turn changes colors little.
             strength: 0 (unchanged) to 1.
         """
         lab = self._lab
@@ -125,7 +125,7 @@ class KeyLight:
         return in_gamut(lab, lab + strength * (moved - lab), rgb_of_oklab)
 
     def lit(self, lamp: F64, strength: float = 1.0) -> Gaussians:
-        """The strokes in the colours of `colors`; the same object if the strength is 0."""
+        """The strokes in the colors of `colors`; the same object if the strength is 0."""
         if len(self.strokes) == 0 or strength == 0:
             return self.strokes
         return shift_base_colors(self.strokes, self.colors(lamp, strength) - base_colors(self.strokes.sh))
@@ -153,7 +153,7 @@ class KeyLight:
 
     @property
     def pairs(self) -> NDArray[np.int64]:
-        """[k, n] rows of neighbours for comparison with each stroke."""
+        """[k, n] rows of neighbors for comparison with each stroke."""
         return self.facing.wide.rows[:, FIRST_PAIR::PAIR_STEP]
 
     @cached_property
@@ -172,7 +172,7 @@ class KeyLight:
     # A capture, whose light is unknown.
 
     def _seen_lit(self, lamp: F64) -> F64:
-        """[k, 3] OKLab colours in a light whose mean is that of the scene."""
+        """[k, 3] OKLab colors in a light whose mean is that of the scene."""
         lab, light = self._lab, np.log(FILL * self.fill + self.key(lamp))
         share = DETAIL * self.facing.shares**3  # fur and leaves are lit as a mass
         light = share * light + (1 - share) * self.facing.wide.means(light)
@@ -190,7 +190,7 @@ class KeyLight:
         return np.concatenate([lightness[:, None], ab], axis=1)
 
     def explained(self, light: F64) -> float:
-        """Share of a light, 0 to 1, that is already in the colours of the strokes."""
+        """Share of a light, 0 to 1, that is already in the colors of the strokes."""
         weights, steps, tones = self._compared(light / 3)
         own = (weights * steps**2).sum() + weights.sum() * LEAST_SPREAD / 9
         return float(np.clip((weights * steps * tones).sum() / max(own, _TINY), LEAST_EXPLAINED, 1))
@@ -228,7 +228,7 @@ class KeyLight:
     # A scene whose light is known.
 
     def _relit(self, lamp: F64) -> F64:
-        """[k, 3] OKLab colours in the light of a lamp instead of the one that lit the scene."""
+        """[k, 3] OKLab colors in the light of a lamp instead of the one that lit the scene."""
         lab = self._lab
         step = np.log(KNOWN_FILL * self.fill + self.key(lamp)) - np.log(
             KNOWN_FILL * self.fill + self._known_key

@@ -1,9 +1,9 @@
 """Strokes, and views of them -> the surface normal at each stroke.
 
 The shortest axis of a stroke is a normal without sign, and undefined for needles and crumbs: in fur and
-leaves neighbours disagree. So normals are averaged over neighbours as axes, without sign, then turned toward
+leaves neighbors disagree. So normals are averaged over neighbors as axes, without sign, then turned toward
 the views that see them, and averaged as vectors. The shorter such a mean, the less there is a surface, and
-the rest is taken from a wider neighbourhood. If normals point in all directions, the plane through the
+the rest is taken from a wider neighborhood. If normals point in all directions, the plane through the
 positions of strokes is used: a mass of fur is lit as a mass.
 Source: Toksvig 2005, Mipmapping normal maps (the length of a mean normal says how rough a surface is).
 """
@@ -30,23 +30,23 @@ from brushgs.values.quats import shortest_axes
 from brushgs.values.sh import base_colors
 
 NUM_NEAR = 8  # strokes around one, over which axes and normals are averaged
-# Neighbours, and the stride among them: for the form without a surface, and the mass behind a stroke.
+# Neighbors, and the stride among them: for the form without a surface, and the mass behind a stroke.
 NUM_WIDE, WIDE_STEP = 40, 2
 LEAST_FLAT = 0.05  # minimum weight of a stroke, for needles
-NUM_PATCH = 16  # neighbours for the roughness of a surface
+NUM_PATCH = 16  # neighbors for the roughness of a surface
 ROUGH = (0.45, 0.8)  # roughness over which normals lose their weight; 0 if they agree, 1 for all directions
-# Of the weight of a neighbour with the square of its distance over that of the farthest.
+# Of the weight of a neighbor with the square of its distance over that of the farthest.
 FALLS, WIDE_FALLS = 8.0, 5.0
-# OKLab a and b by which a neighbour may be of another body, and the most that it counts, in squares of that.
+# OKLab a and b by which a neighbor may be of another body, and the most that it counts, in squares of that.
 OTHER_PAINT, MOST_APART = 0.04, 6.0
 PLACES = 1.0  # weight of the plane through positions if normals point in all directions
-OTHER_SIDE = 0.05  # weight of a neighbour at right angles: edges stay
-ROUNDS = 6  # of agreement among neighbours
-SURE = 1.5  # lead of one side in visible area that outvotes neighbours
+OTHER_SIDE = 0.05  # weight of a neighbor at right angles: edges stay
+ROUNDS = 6  # of agreement among neighbors
+SURE = 1.5  # lead of one side in visible area that outvotes neighbors
 MOST_SHOWN = 0.05  # maximum share of a picture for one stroke
 SEEN = 0.03  # visible share of a stroke's area in all views that is enough to decide its side
 GUESS = 0.02  # weight of the direction out of the mass, relative to views
-OUTWARD = 0.8  # weight of the direction from the scene's centre, relative to the local mass, without views
+OUTWARD = 0.8  # weight of the direction from the scene's center, relative to the local mass, without views
 _TINY = np.finfo(np.float64).tiny
 
 
@@ -57,7 +57,7 @@ class Around:
     Attributes:
         centers: [k, 3] positions of strokes, scene radii.
         rows: [k, n] the stroke itself and others, nearest first.
-        weights: [k, n] by paint, distance and similarity of colour; sum 1.
+        weights: [k, n] by paint, distance and similarity of color; sum 1.
     """
 
     centers: F64
@@ -83,10 +83,10 @@ class Facing:
 
     Attributes:
         normals: [k, 3] unit vectors out of the surface, world axes.
-        shares: [k] agreement of neighbours, 0 (all directions) to 1 (a plane).
+        shares: [k] agreement of neighbors, 0 (all directions) to 1 (a plane).
         shown: [k] area of each in all views, pixels.
-        near: the neighbours on the surface.
-        wide: the neighbours in the mass.
+        near: the neighbors on the surface.
+        wide: the neighbors in the mass.
     """
 
     normals: F64
@@ -111,7 +111,7 @@ def find_facing(strokes: Gaussians, views_from: Sequence[Camera] = ()) -> Facing
 
     Args:
         strokes: k strokes.
-        views_from: cameras that see them; normals that no camera decides agree with their neighbours. Without
+        views_from: cameras that see them; normals that no camera decides agree with their neighbors. Without
             cameras, strokes face away from the mass around them.
 
     Returns:
@@ -134,7 +134,7 @@ def find_facing(strokes: Gaussians, views_from: Sequence[Camera] = ()) -> Facing
 
 
 def _around(strokes: Gaussians) -> tuple[Around, Around, Around]:
-    """Three neighbourhoods, the nearest first."""
+    """Three neighborhoods, the nearest first."""
     center, radius = robust_frame(strokes.means)
     means = np.clip((strokes.means.astype(np.float64) - center) / radius, -1e6, 1e6)
     others = nearest_others(means, NUM_WIDE)
@@ -194,7 +194,7 @@ def _tensors(weights: F64, vectors: F64) -> F64:
 
 
 def _out_of_mass(wide: Around) -> F64:
-    """[k, 3] unit vectors away from the mass around strokes, and from the centre of the scene."""
+    """[k, 3] unit vectors away from the mass around strokes, and from the center of the scene."""
     means = wide.centers
     out = _unit(_unit(means - wide.means(means)) + OUTWARD * _unit(means))
     return np.where(np.abs(out).max(axis=1, keepdims=True) > 0, out, np.array([0.0, 0.0, 1.0]))
@@ -225,7 +225,7 @@ def _seen_from(strokes: Gaussians, cameras: Sequence[Camera]) -> tuple[F64, F64]
 
 
 def _turned(axes: F64, seen: F64, out: F64, near: Around) -> F64:
-    """[k, 3] axes turned toward the views that see them, else like their neighbours."""
+    """[k, 3] axes turned toward the views that see them, else like their neighbors."""
     unsure = 1 - np.minimum(np.linalg.norm(seen, axis=1), 1)
     side = np.einsum("ki,ki->k", axes, seen + (GUESS * unsure)[:, None] * out)
     normals = axes * np.where(side < 0, -1.0, 1.0)[:, None]

@@ -1,6 +1,6 @@
 """Votes of pictures from known cameras: the value of each pixel goes to its Gaussians, by blending weight.
 
-So a mask painted over pictures marks Gaussians, and Gaussians take the colours of edited pictures. The mean
+So a mask painted over pictures marks Gaussians, and Gaussians take the colors of edited pictures. The mean
 is linear: an affine map of the pictures gives the same map of the votes.
 """
 
@@ -53,7 +53,7 @@ def votes(
     sums, weights = np.zeros((len(gaussians), num_channels)), np.zeros(len(gaussians))
     kernel = StrokeTexture.open("gaussian")
     options = RenderOptions.of(kernel, num_threads=num_threads)
-    plain = replace(gaussians, sh=gaussians.sh[:, :1])  # visibility does not depend on colours
+    plain = replace(gaussians, sh=gaussians.sh[:, :1])  # visibility does not depend on colors
     for camera, picture, say in zip(cameras, pictures, says, strict=True):
         size = f"{camera.height} {camera.width}"
         shares = np.ones(picture.shape[:2]) if say is None else say

@@ -1,4 +1,4 @@
-"""Few pigments: move the colours of strokes toward a small palette of the scene."""
+"""Few pigments: move the colors of strokes toward a small palette of the scene."""
 
 import numpy as np
 
@@ -13,16 +13,16 @@ SHARE = 0.85  # of the way to the pigment: 1 makes faces of five flat patches
 
 
 def use_pigments(strokes: Gaussians, num_pigments: int, *, share: float = SHARE, seed: int = 0) -> Gaussians:
-    """Move the colours of strokes to the means of weighted k-means in OKLab.
+    """Move the colors of strokes to the means of weighted k-means in OKLab.
 
     Args:
         strokes: k strokes.
-        num_pigments: >= 1; fewer if strokes have fewer colours.
+        num_pigments: >= 1; fewer if strokes have fewer colors.
         share: of the way, 0 to 1.
         seed: of the start of k-means.
 
     Returns:
-        The strokes in colours that do not depend on the view.
+        The strokes in colors that do not depend on the view.
 
     Raises:
         ValueError: if `num_pigments` is below 1.
@@ -32,7 +32,7 @@ def use_pigments(strokes: Gaussians, num_pigments: int, *, share: float = SHARE,
     if len(strokes) == 0:
         return strokes
     lab = oklab_of(base_colors(strokes.sh))
-    paint = np.sqrt(painted_areas(strokes))  # not areas: accents keep their colours
+    paint = np.sqrt(painted_areas(strokes))  # not areas: accents keep their colors
     paint += 1e-12 * (paint.max() or 1.0)
     points = (lab * (1, HUE, HUE)).astype(np.float32)
     labels = lloyd(points, paint, min(num_pigments, len(strokes)), seed=seed).labels

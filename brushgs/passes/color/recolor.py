@@ -1,8 +1,8 @@
-"""Gaussians and a painting -> the same Gaussians in the painting's colours, in closed form.
+"""Gaussians and a painting -> the same Gaussians in the painting's colors, in closed form.
 
-The scene's colours, weighted by painted area, get mean and covariance of the painting's pixels by the
-Monge-Kantorovich map, the linear map that does so and moves colours least.
-Source: Pitie and Kokaram 2007, The linear Monge-Kantorovitch linear colour mapping for example-based colour
+The scene's colors, weighted by painted area, get mean and covariance of the painting's pixels by the
+Monge-Kantorovich map, the linear map that does so and moves colors least.
+Source: Pitie and Kokaram 2007, The linear Monge-Kantorovitch linear color mapping for example-based color
 transfer, eq. 10.
 """
 
@@ -20,14 +20,14 @@ from brushgs.values.colors import split_alpha
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
 
-# Largest stretch of colour differences: more would turn noise of a grey scene into bright confetti. Trained
+# Largest stretch of color differences: more would turn noise of a gray scene into bright confetti. Trained
 # scenes and paintings are within 0.2 to 4 of each other along every axis.
 MAX_STRETCH = 10.0
 
 
 @dataclass(frozen=True, eq=False)
 class Palette:
-    """Mean and covariance of the colours of a painting, in the space where they are matched.
+    """Mean and covariance of the colors of a painting, in the space where they are matched.
 
     Attributes:
         mean: [3].
@@ -41,7 +41,7 @@ class Palette:
 
     @classmethod
     def of_colors(cls, rgb: Array, weights: Array | None = None, *, space: ColorSpace = "lab") -> "Palette":
-        """The palette of display-encoded colours [N, 3] with weights [N] >= 0; None for equal weights.
+        """The palette of display-encoded colors [N, 3] with weights [N] >= 0; None for equal weights.
 
         Raises:
             TypeError: if an argument is not an array.
@@ -67,7 +67,7 @@ class Palette:
 
     @classmethod
     def of_image(cls, image: Array, *, space: ColorSpace = "lab") -> "Palette":
-        """The palette of a picture [H, W, C] as `read_image` returns it: grey or RGB, weighted by its alpha.
+        """The palette of a picture [H, W, C] as `read_image` returns it: gray or RGB, weighted by its alpha.
 
         Raises:
             TypeError: if `image` is not an array.
@@ -88,10 +88,10 @@ def recolor(
     weights: Array | None = None,
     shares: F64 | None = None,
 ) -> Gaussians:
-    """Give Gaussians the colours of a painting: their mean and covariance become the palette's.
+    """Give Gaussians the colors of a painting: their mean and covariance become the palette's.
 
-    Base colours are mapped by the Monge-Kantorovich map in the palette's space; the view-dependent terms by
-    its derivative at the base colour, so that highlights stay highlights. Out-of-gamut colours are kept: they
+    Base colors are mapped by the Monge-Kantorovich map in the palette's space; the view-dependent terms by
+    its derivative at the base color, so that highlights stay highlights. Out-of-gamut colors are kept: they
     are clipped only when a picture is written.
 
     Args:
@@ -100,7 +100,7 @@ def recolor(
         strength: 0 changes nothing, 1 matches the palette; mean and map are interpolated in between.
         weights: [N] >= 0 of the Gaussians; None for opacity x mean projected area.
         shares: [N] 0 to 1, strength for each Gaussian; only those above 0 are matched to the palette, the
-            others keep their colours bit for bit. None for 1.
+            others keep their colors bit for bit. None for 1.
 
     Returns:
         The Gaussians with other `sh`, in the same dtype; the input itself at strength 0 or if N = 0.
@@ -109,8 +109,8 @@ def recolor(
         TypeError: if an argument has another type.
         ValueError: if `strength` is out of range, or the weights have another length or sum to zero.
 
-    The covariance is matched up to a stretch of `MAX_STRETCH` along each axis, which a scene of one colour
-    exceeds. Base colours are exact to rounding, view-dependent terms to first order.
+    The covariance is matched up to a stretch of `MAX_STRETCH` along each axis, which a scene of one color
+    exceeds. Base colors are exact to rounding, view-dependent terms to first order.
 
     Example:
         >>> red_and_blue = bg.Palette.of_colors(np.array([[0.8, 0.1, 0.1], [0.1, 0.2, 0.7]]))
@@ -166,7 +166,7 @@ def _recolor_part(
 
 @dataclass(frozen=True, eq=False)
 class _LinearMap:
-    """The map of colours c -> matrix (c - center) + mean in a colour space, a `ColorMap`."""
+    """The map of colors c -> matrix (c - center) + mean in a color space, a `ColorMap`."""
 
     space: Space
     center: F64

@@ -1,7 +1,7 @@
-"""Fit the colours of strokes to pictures of the scene.
+"""Fit the colors of strokes to pictures of the scene.
 
-A stroke hides what is behind it, while the Gaussians it was merged from let light through, so merged colours
-are not the visible ones. A picture is a sum of weight x colour over strokes: the best colours are a linear
+A stroke hides what is behind it, while the Gaussians it was merged from let light through, so merged colors
+are not the visible ones. A picture is a sum of weight x color over strokes: the best colors are a linear
 least squares problem, solved by simultaneous iterative reconstruction. Each stroke moves by the mean
 difference between plain and painted picture over its pixels, weighted by its weights. That never overshoots,
 since the weights of a pixel sum to at most 1.
@@ -37,9 +37,9 @@ def repaint(
     *,
     num_steps: int = NUM_STEPS,
 ) -> Gaussians:
-    """Fit stroke colours to plain pictures of the scene.
+    """Fit stroke colors to plain pictures of the scene.
 
-    Only the view-independent part of a colour changes. Strokes are drawn as flat dabs, so that the colours
+    Only the view-independent part of a color changes. Strokes are drawn as flat dabs, so that the colors
     suit any stroke image.
 
     Args:
@@ -49,7 +49,7 @@ def repaint(
         num_steps: >= 0.
 
     Returns:
-        The strokes in new colours; strokes that no view shows stay unchanged.
+        The strokes in new colors; strokes that no view shows stay unchanged.
 
     Raises:
         ValueError: if there is no view.
@@ -86,7 +86,7 @@ def _step(strokes: Gaussians, views: PlainViews) -> Gaussians:
 
 
 def _color_differences(plain: Frame, painted: Frame) -> tuple[Array, Array]:
-    """Colour differences where both pictures are painted [H, W, 3], and that share of each pixel [H, W].
+    """Color differences where both pictures are painted [H, W, 3], and that share of each pixel [H, W].
 
     Pixels that are empty in one picture do not count.
     """

@@ -34,7 +34,7 @@ class Warmth(NamedTuple):
     Attributes:
         lights: b* of its lights minus that of its darks.
         correlation: of L* and b* of its pixels, -1 to 1; 0 if one of them is constant.
-        chroma: mean distance from grey in a* and b*.
+        chroma: mean distance from gray in a* and b*.
         apart: L* of its lights minus that of its darks, after the blur.
     """
 
@@ -128,7 +128,7 @@ class Squint:
 
 
 def lab_of(rgb: F64) -> F64:
-    """CIELAB [n, 3] of display-encoded colours [n, 3], L* 0 to 100."""
+    """CIELAB [n, 3] of display-encoded colors [n, 3], L* 0 to 100."""
     return 100 * _LAB.to(rgb)
 
 

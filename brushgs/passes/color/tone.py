@@ -1,6 +1,6 @@
-"""The tone of strokes, and grading of their colours.
+"""The tone of strokes, and grading of their colors.
 
-Drawing media have few tones, so the tone of a stroke is not its lightness: it contrasts with neighbours in
+Drawing media have few tones, so the tone of a stroke is not its lightness: it contrasts with neighbors in
 space, and all tones are used. Both are decided once per job, from the strokes alone.
 """
 
@@ -14,8 +14,8 @@ from brushgs.values.sh import base_colors, shift_base_colors
 
 NUM_MASS_ROUNDS = 3  # of means over the nearest 16
 ALIKE = 0.1  # difference of tones that are one mass, standard deviation
-NUM_ROUNDS = 6  # of means over the nearest 16: in total some 100 neighbours
-LOCAL_RANGE = 1.4  # deviations from neighbours that are almost black or white
+NUM_ROUNDS = 6  # of means over the nearest 16: in total some 100 neighbors
+LOCAL_RANGE = 1.4  # deviations from neighbors that are almost black or white
 LEAST_SPREAD = 0.05  # OKLab L: a smaller spread counts as flat
 DARKEST, LIGHTEST = 0.04, 0.93  # shares of the painted area that become black and white
 ENDS_SEEN = 0.015, 0.985  # the same of areas that are seen, which hidden and distant paint does not falsify
@@ -32,18 +32,18 @@ def grade(
     shadows: tuple[float, float] = (0.0, 0.0),
     lights: tuple[float, float] = (0.0, 0.0),
 ) -> Gaussians:
-    """Grade the colours of strokes in OKLab.
+    """Grade the colors of strokes in OKLab.
 
     Args:
         strokes: k strokes.
         chroma: factor on a and b, >= 0.
         contrast: factor on the distance of L from `pivot`, >= 0.
         pivot: OKLab L that contrast does not change.
-        shadows: (a, b) shift of dark colours, in full at L 0.22 and below.
-        lights: (a, b) shift of light colours, in full at L 0.97 and above.
+        shadows: (a, b) shift of dark colors, in full at L 0.22 and below.
+        lights: (a, b) shift of light colors, in full at L 0.97 and above.
 
     Returns:
-        The strokes with other view-independent colours; the input itself if nothing changes.
+        The strokes with other view-independent colors; the input itself if nothing changes.
     """
     if len(strokes) == 0 or (chroma == contrast == 1 and not any((*shadows, *lights))):
         return strokes
@@ -74,7 +74,7 @@ def tones(
 
     Args:
         strokes: k strokes.
-        local: 0 to 1: share of the tone relative to neighbours, in units of their spread; the rest is the
+        local: 0 to 1: share of the tone relative to neighbors, in units of their spread; the rest is the
             lightness in the whole scene.
         equalized: 0 to 1: share of the latter that is the rank of the stroke by painted area, so that all
             tones are used equally; the rest is its position between the darkest 4 % and the lightest 7 %.
@@ -101,7 +101,7 @@ def tones(
 
 
 def masses(strokes: Gaussians, tones: F64, areas: F64) -> F64:
-    """Tones of the large masses that strokes belong to: means over neighbours of nearly their own tone.
+    """Tones of the large masses that strokes belong to: means over neighbors of nearly their own tone.
 
     A bilateral filter over strokes in space instead of pixels, so it is the same in every view.
     Source: Tomasi and Manduchi 1998.
@@ -131,7 +131,7 @@ def painted_areas(strokes: Gaussians) -> F64:
 
 
 def _local_tones(strokes: Gaussians, lightness: F64, paint: F64) -> F64:
-    """[k] 0 to 1: 1/2 if as light as the neighbours, less if darker."""
+    """[k] 0 to 1: 1/2 if as light as the neighbors, less if darker."""
     others = nearest_others(strokes.means.astype(np.float64), NUM_NEIGHBORS)
     rows = np.concatenate([np.arange(len(strokes))[:, None], others], axis=1)
     weights = np.sqrt(paint) + np.finfo(np.float64).tiny

@@ -3,9 +3,9 @@
 Seen through half-closed eyes, oil paintings consist of a few masses that span 44 of CIELAB's lightness L*,
 and lights are warmer than darks; captured scenes span 34 and have no temperature. So one curve on L* opens
 the masses, and one shift of b* separates lights from darks. Both are fitted once per job, on its unlit
-pictures, and applied to the colours of strokes only: every frame has the same.
+pictures, and applied to the colors of strokes only: every frame has the same.
 
-    frames, subjects -> squints -> curve -> temperature -> Values -> colours of strokes
+    frames, subjects -> squints -> curve -> temperature -> Values -> colors of strokes
 """
 
 from collections.abc import Sequence
@@ -47,9 +47,9 @@ RED = 0.25  # shift of a* in that of b*: warm is orange, not lemon
 REACH = 12.0  # L* over which the shift grows from its middle
 NEAR_BLACK = 20.0  # L* below which the shift fades: a brown table of L* 12 would become blue
 CLEAR, CLEAR_WARMTH = -0.35, -3.0  # correlation of L* and b*, and warmth, of scenes whose lights are cool
-APART, CHROMA = 10.0, 3.0  # a subject with a smaller difference of masses, or less colour, is shifted less
+APART, CHROMA = 10.0, 3.0  # a subject with a smaller difference of masses, or less color, is shifted less
 POWER, LEAST_CHROMA, MOST_CHROMA = 0.5, 0.8, 1.12  # of new over old L*: change of chroma; its bounds
-EMPTY = 0.4  # cost of a change without any colours, relative to evenly spread ones
+EMPTY = 0.4  # cost of a change without any colors, relative to evenly spread ones
 ROUNDING = 1e-6
 ENOUGH = 0.05  # of L*, tolerance of the target range
 MOST_PIXELS = 600  # of lights, and of darks, for fitting a temperature
@@ -59,12 +59,12 @@ _ROUNDS, _TRIES, _BISECTIONS = 6, 8, 30
 
 @dataclass(frozen=True)
 class Values:
-    """A grading of colours: a curve on L*, and a shift of temperature along it.
+    """A grading of colors: a curve on L*, and a shift of temperature along it.
 
     Attributes:
         slopes: of the curve at `KNOTS`, from `LEAST_SLOPES` to `MOST_SLOPE`; linear between, so that bounds
             hold everywhere. Their weighted mean is 1: the curve maps 0 to 0 and 100 to 100.
-        warmth: shift of b* of the lightest colours, and minus that of the darkest; below 0 lights get cooler.
+        warmth: shift of b* of the lightest colors, and minus that of the darkest; below 0 lights get cooler.
         middle: L* after the curve without a shift of temperature.
 
     Raises:
@@ -87,7 +87,7 @@ class Values:
 
     @property
     def are_plain(self) -> bool:
-        """Whether colours are unchanged."""
+        """Whether colors are unchanged."""
         return self.warmth == 0 and all(slope == 1 for slope in self.slopes)
 
     @property
@@ -116,16 +116,16 @@ class Values:
         return np.asarray(_climbs(lightness) @ np.asarray(self.slopes))
 
     def colors(self, rgb: Array) -> F64:
-        """Colours after the grading.
+        """Colors after the grading.
 
-        L* is a monotone function of L*, except out of gamut: a saturated light stays darker than a grey one,
+        L* is a monotone function of L*, except out of gamut: a saturated light stays darker than a gray one,
         see `in_gamut`.
 
         Args:
             rgb: [n, 3] display-encoded; clipped to 0 to 1.
 
         Returns:
-            [n, 3] float64, 0 to 1; the clipped colours if the grading is plain.
+            [n, 3] float64, 0 to 1; the clipped colors if the grading is plain.
         """
         check("Values.colors", rgb=(rgb, "n 3"))
         inside = np.clip(np.asarray(rgb, np.float64), 0, 1)
@@ -135,13 +135,13 @@ class Values:
         return in_gamut(lab, self._graded(lab), rgb_of_lab)
 
     def strokes(self, strokes: Gaussians) -> Gaussians:
-        """Strokes in graded colours.
+        """Strokes in graded colors.
 
         Args:
             strokes: k strokes, of the subject or its surroundings.
 
         Returns:
-            The strokes with other view-independent colours; the input itself if the grading is plain.
+            The strokes with other view-independent colors; the input itself if the grading is plain.
         """
         if self.are_plain or len(strokes) == 0:
             return strokes
@@ -173,7 +173,7 @@ def fit_values(
 
     A range of blurred L* below 44 is opened to that as far as the slope allows, and one above 46 is reduced a
     little. Lights of the subject become 8 warmer in b* than its darks if they are less; cooler if those of
-    the scene are clearly cool. A subject without light and dark, or without colour, keeps its temperature.
+    the scene are clearly cool. A subject without light and dark, or without color, keeps its temperature.
     Lights that are more than 12 warmer are reduced to that, or to the value of the scene itself.
 
     Args:
@@ -203,7 +203,7 @@ def fit_values(
 
 
 def _thinned(picture: Array) -> Array:
-    """Every n-th pixel of a large picture [H, W, ...]: unlike means, these are colours of strokes."""
+    """Every n-th pixel of a large picture [H, W, ...]: unlike means, these are colors of strokes."""
     step = max(round(max(picture.shape[:2], default=1) / MOST_SIDE), 1)
     return picture[::step, ::step] if step > 1 else picture
 
@@ -282,7 +282,7 @@ def _slopes_of(wishes: F64, costs: F64) -> F64:
 
 
 def _costs(seen: Sequence[Squint]) -> F64:
-    """[knots] cost of a change of slope: least where no colour of a subject or a picture lies."""
+    """[knots] cost of a change of slope: least where no color of a subject or a picture lies."""
     shares = [
         (_hats(view.lab[view.is_subject, 0]).mean(axis=0) + _hats(view.lab[..., 0]).mean(axis=(0, 1))) / 2
         for view in seen
@@ -333,7 +333,7 @@ def _own_warmth(frame: Frame) -> float:
 
 
 class _Part(NamedTuple):
-    """Data of a view: [n] L* of its subject after the curve, and colours [m, 3] of its darks and lights
+    """Data of a view: [n] L* of its subject after the curve, and colors [m, 3] of its darks and lights
     before.
     """
 
@@ -350,7 +350,7 @@ def _masses_after(curve: Values, view: Squint) -> _Part | None:
 
 
 def _some(colors: F64) -> F64:
-    """Every n-th of many colours [n, 3]."""
+    """Every n-th of many colors [n, 3]."""
     return colors[:: max(-(-len(colors) // MOST_PIXELS), 1)]
 
 

@@ -1,7 +1,7 @@
-"""Coverage of each stroke by its nearest neighbours: the share of light that they stop.
+"""Coverage of each stroke by its nearest neighbors: the share of light that they stop.
 
 A stroke is viewed along its thinnest axis, perpendicular to its surface (see `gaps`). Only its nearest
-neighbours count, so deep stacks of faint strokes are underestimated.
+neighbors count, so deep stacks of faint strokes are underestimated.
 """
 
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ class Coverage:
 
     @classmethod
     def of(cls, strokes: Gaussians) -> "Coverage":
-        """Find the neighbours of k strokes."""
+        """Find the neighbors of k strokes."""
         order = np.argsort(strokes.scales, axis=1)
         seen = seen_scales(strokes.scales, finest_of(strokes))
         scales = np.take_along_axis(seen, order, axis=1).astype(np.float64)
@@ -50,15 +50,15 @@ class Coverage:
         return cls(means, scales, axes, sizes, nearest_others(means, NUM_NEIGHBORS))
 
     def passed(self, opacities: F64, rows: Rows | None = None, *, num_others: int = NUM_NEIGHBORS) -> F64:
-        """Transmittance of the neighbours at the centre of strokes, 0 to 1.
+        """Transmittance of the neighbors at the center of strokes, 0 to 1.
 
         Args:
-            opacities: [k] of each stroke as a neighbour.
+            opacities: [k] of each stroke as a neighbor.
             rows: [n] requested strokes; None for all.
-            num_others: number of neighbours; more than 16 need another search.
+            num_others: number of neighbors; more than 16 need another search.
 
         Returns:
-            [n]; 1 without neighbours.
+            [n]; 1 without neighbors.
         """
         rows = np.arange(len(self.means)) if rows is None else rows
         passed, _, _ = _core.cover(
@@ -82,7 +82,7 @@ class Coverage:
 
 
 def nearest_others(means: F64, count: int) -> NDArray[np.int32]:
-    """Rows [k, n] of the nearest neighbours of each of k points, n = `count`, or k - 1 if that is less."""
+    """Rows [k, n] of the nearest neighbors of each of k points, n = `count`, or k - 1 if that is less."""
     neighbors = np.empty((len(means), max(0, min(count, len(means) - 1))), dtype=np.int32)
     if neighbors.size:
         _core.neighbors(means, neighbors, num_threads_or_default(None))

@@ -7,7 +7,7 @@ depth of a stroke in a view and z0 that depth in focus that is nearest to z, it 
 
 at most 1 + 2 strength, which is the limit far behind the focus: nearer than half of z0 growth is that, too.
 No stroke grows beyond the longest that slabs are cut to: those in front would veil the focus. The optical
-depth of paint is divided by the growth, so outlines fade; colours move to the mean around a stroke, to 1 /
+depth of paint is divided by the growth, so outlines fade; colors move to the mean around a stroke, to 1 /
 growth of their difference from it. Blur depends on the place of a stroke alone: over a path it is the mean of
 some views in whose picture the place lies, so nothing changes as the camera moves.
 Source: Potmesil and Chakravarty 1981, A Lens and Aperture Camera Model for Synthetic Image Generation.
@@ -32,7 +32,7 @@ MOST_BLUR = 1.0  # |1/z - 1/z0| z0
 ENDS = 0.1, 0.9  # quantiles of the depths of what is seen in the focus, which are in focus
 MIDDLE = 0.12  # standard deviation, in sides of the picture, of the part that is in focus without a subject
 FEW = 1e-6  # weight of views beside whose picture a place lies
-SAMPLE, AROUND = 20_000, 48  # Gaussians that colours around strokes are known from; and of them, around one
+SAMPLE, AROUND = 20_000, 48  # Gaussians that colors around strokes are known from; and of them, around one
 LEAST_SEEN = 0.01  # pixels: a Gaussian with a smaller visible area is not seen
 LEAST_OPACITY = 1e-7  # transparency below which float32 has no digits
 
@@ -44,7 +44,7 @@ class Lens:
     Attributes:
         cameras: K >= 1 views of the job.
         depths: [K, 2] nearest and farthest camera z in focus, world units, > 0.
-        places: [m, 3] where colours are known, world units.
+        places: [m, 3] where colors are known, world units.
         colors: [m, 3] RGB, display-encoded.
         areas: [m] visible areas, pixels.
     """
@@ -84,7 +84,7 @@ class Lens:
         return np.asarray(np.divide(LONGEST * nearest_share, lengths, out=endless, where=lengths > 0))
 
     def around(self, points: Array) -> F64:
-        """[n, 3] mean colours around points [n, 3]; there must be known colours."""
+        """[n, 3] mean colors around points [n, 3]; there must be known colors."""
         _, rows = nearest(self.places, np.asarray(points, np.float64), min(AROUND, len(self.places)))
         weights = self.areas[rows]
         return np.asarray((weights[..., None] * self.colors[rows]).sum(axis=1) / weights.sum(axis=1)[:, None])
@@ -136,7 +136,7 @@ def defocus(strokes: Gaussians, lens: Lens, strength: float) -> Gaussians:
 
     Returns:
         The same strokes in the same order, larger (but see `Lens.room`), more transparent and closer to the
-        colours around them where they are not in focus; the input itself at strength 0.
+        colors around them where they are not in focus; the input itself at strength 0.
 
     Raises:
         ValueError: if `strength` is out of range.

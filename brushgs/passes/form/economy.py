@@ -1,6 +1,6 @@
 """Error of a painting for an eye at the usual viewing distance.
 
-Such an eye sees neither single pixels nor small differences of colour: pictures are averaged over squares of
+Such an eye sees neither single pixels nor small differences of color: pictures are averaged over squares of
 two pixels of the small views (about a blur of 2 pixels in a picture of 1000), and differences below `SEEN`
 count as none. So areas without error keep large strokes, and strokes go where they are needed.
 """
@@ -33,7 +33,7 @@ def first_share(economy: float, usual: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ViewingError:
-    """The colours of a plain picture as seen from afar, the truth for painted ones.
+    """The colors of a plain picture as seen from afar, the truth for painted ones.
 
     Attributes:
         planes: [2, 3, h, w] OKLab, over black and over white; h and w are half the size, rounded up.

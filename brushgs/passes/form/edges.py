@@ -6,9 +6,9 @@ equal values, and it is hardest in the focus. Its hardness is measured once per 
     hardness = contrast x light x focus
 
 The softest part is lost, so that together with edges lost before it is over a quarter: strokes there are
-stretched along the outline, become transparent toward it, and take on the colour behind. The hardest part in
+stretched along the outline, become transparent toward it, and take on the color behind. The hardest part in
 the focus is found, more if too much was lost before: strokes are solid, do not spill, and differ from the
-colour behind. Strokes are the same in all frames, so nothing changes as the camera moves.
+color behind. Strokes are the same in all frames, so nothing changes as the camera moves.
 """
 
 from collections.abc import Sequence
@@ -31,7 +31,7 @@ AIM = 0.27  # target share of lost outline
 YIELD, MOST = 0.4, 0.5  # lost share per softened share; and maximum softened share
 FOUND = 0.30  # share that is found, plus the excess of lost edges
 GAIN = 1.4  # strokes over the outline have half of themselves inside
-MIX = 0.9  # of the colour behind, in a stroke right at a lost outline; falls off quickly inside
+MIX = 0.9  # of the color behind, in a stroke right at a lost outline; falls off quickly inside
 FADE = 0.9  # loss of opacity: several strokes overlap
 STRETCH = 0.3  # growth along the outline
 SHRINK = 0.3  # shrinkage of a stroke across a found outline
@@ -53,7 +53,7 @@ def find_edges(
     """Find the role of strokes in the outline of the subject; None if no view has an outline.
 
     Args:
-        strokes: k strokes, in their painted colours.
+        strokes: k strokes, in their painted colors.
         cameras: of the job, of any size; of more than 8 every n-th. For a picture, its own and some near it.
         around: stage and ground behind them.
         light: [k] light on each, in any unit, such as normals times the direction of the lamp. None takes
@@ -98,7 +98,7 @@ def soften_edges(strokes: Gaussians, edges: Edges | None, strength: float = 1.0)
         strength: 0 to 1.
 
     Returns:
-        The same strokes in the same order, with other scales, opacities and view-independent colours at the
+        The same strokes in the same order, with other scales, opacities and view-independent colors at the
         outline; the input itself if the strength is 0 or there are no edges.
 
     Raises:

@@ -138,7 +138,7 @@ def _spots(strokes: Gaussians) -> F64:
 
 
 def _near(spots: F64, view: View) -> tuple[F64, Rows, Mask]:
-    """[k] nearness of strokes to an outline, 0 to 1; the points nearest to their centres; and whether these
+    """[k] nearness of strokes to an outline, 0 to 1; the points nearest to their centers; and whether these
     are in the picture.
     """
     camera, outline = view.camera, view.outline

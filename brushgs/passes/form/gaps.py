@@ -8,11 +8,11 @@ Gaussians have 0.5 to 0.7 of their distance as standard deviation; merged by the
 So strokes grow if nothing else covers their place. A stroke is viewed along its thinnest axis, perpendicular
 to its surface:
 
-- `alone` is the share of its paint that no other stroke covers at its centre. On a lattice of one layer that
+- `alone` is the share of its paint that no other stroke covers at its center. On a lattice of one layer that
   is 0.85 to 0.95; on five trained scenes (2000 strokes) 0.06 to 0.2 in the median, 0.3 to 0.6 for one in ten.
 - `flat` distinguishes planes from curved surfaces. Strokes on small fruit, which end at an outline, must not
   spill.
-- A stroke that no neighbour touches has no gap to close.
+- A stroke that no neighbor touches has no gap to close.
 """
 
 import numpy as np
@@ -24,7 +24,7 @@ from brushgs.core.threads import num_threads_or_default
 NUM_NEIGHBORS = 12  # considered for coverage: two rings of a lattice
 NUM_TOUCHING = 8  # of these are used for flatness
 ENOUGH_TOUCHING = 4
-TOUCH = 20.0  # squared Mahalanobis distance: on a square lattice direct neighbours have 9, diagonal ones 18
+TOUCH = 20.0  # squared Mahalanobis distance: on a square lattice direct neighbors have 9, diagonal ones 18
 ALONE = (0.4, 0.8)  # where growth begins and is complete
 FLAT = (0.9, 0.98)  # mean cosine between normals, likewise
 # Growth of the variance between members, in units of that variance, on curved surfaces and on planes. With
@@ -45,7 +45,7 @@ def growth(
     Independent of unit, position and order of the strokes, and of the number of threads.
 
     Args:
-        means: [k, 3] centres.
+        means: [k, 3] centers.
         scales: [k, 3] standard deviations, ascending.
         axes: [k, 3, 3] axes, as columns.
         opacities: [k].

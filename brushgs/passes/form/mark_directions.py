@@ -1,7 +1,7 @@
 """A painting -> directions of strokes: those of its brush marks at the strokes' positions in the first
 picture.
 
-The painting is laid over the picture of the camera, scaled to fill it and cropped to its centre, like a
+The painting is laid over the picture of the camera, scaled to fill it and cropped to its center, like a
 background. So one portrait can guide another, and a sky with swirls makes swirls in the sky. Directions are
 taken once, for one camera, and stay with the strokes in space. Marks run where brightness changes least:
 along the smaller eigenvector of the structure tensor.
@@ -59,7 +59,7 @@ class Marks:
 def mark_wish(marks: Marks, planes: Planes) -> Wish:
     """The directions of strokes by the marks of a painting.
 
-    A stroke takes the direction whose projection is that of the mark at its centre, even if it is hidden or
+    A stroke takes the direction whose projection is that of the mark at its center, even if it is hidden or
     faces away: the painting passes through the scene like the light of a projector. Strokes outside the
     picture, behind the camera or seen edge-on get none.
     """
@@ -161,7 +161,7 @@ def mark_pairs(brightness: F64, covered: F64) -> F64:
     )
     energy = xx + yy
     floor = FLAT * float(energy.mean())
-    if not floor > np.finfo(np.float64).eps:  # the rounding of a picture of one colour
+    if not floor > np.finfo(np.float64).eps:  # the rounding of a picture of one color
         return np.zeros((*brightness.shape, 2))
     pairs = np.stack([yy - xx, -2 * xy], axis=-1)
     lengths = np.hypot(pairs[..., 0], pairs[..., 1])

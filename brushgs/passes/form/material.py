@@ -1,8 +1,8 @@
 """Strokes -> the surface of each, for the choice of brushes: roughness, and whether it is smooth and light.
 
 A painter lays a light wall with a knife and drags fur with a dry brush. Materials are not known, but strokes
-of fur, leaves and gravel have varying normals, colours and sizes; those of walls, paper and skin are alike.
-So a stroke is compared with its nearest neighbours, and the differences are averaged over the neighbourhood:
+of fur, leaves and gravel have varying normals, colors and sizes; those of walls, paper and skin are alike.
+So a stroke is compared with its nearest neighbors, and the differences are averaged over the neighborhood:
 roughness belongs to a surface, not to a stroke, and the outline of a smooth object, where only one side of a
 stroke differs, is less rough than fur.
 
@@ -24,7 +24,7 @@ from brushgs.values.sh import base_colors
 
 # Found on koala, truck, plant, guitar, skull and chair, 4000 strokes each: there fur, soil and carved wood
 # are rough; paper, leaves and cushions smooth.
-NUM_COMPARED = 6  # nearest neighbours for comparison
+NUM_COMPARED = 6  # nearest neighbors for comparison
 NUM_ROUNDS = 2  # of means over the nearest 16 and the stroke itself
 FAR_COLOR = 0.15  # OKLab: larger differences are those of two objects, and are clipped to this
 FAR_SIZE = 1.0  # natural logarithm of the ratio of sizes, likewise
@@ -64,7 +64,7 @@ class Materials:
 
 
 def roughness(strokes: Gaussians) -> F64:
-    """Roughness of the surface around each stroke, [k] 0 (equal normals, colours and sizes) to 1.
+    """Roughness of the surface around each stroke, [k] 0 (equal normals, colors and sizes) to 1.
 
     Args:
         strokes: k strokes; one alone is smooth.
@@ -88,7 +88,7 @@ def roughness(strokes: Gaussians) -> F64:
 
 
 def _differences(strokes: Gaussians, others: Rows) -> tuple[F64, F64, F64]:
-    """[k] mean difference of each stroke from others [k, n]: in normal, colour and size, each 0 to 1."""
+    """[k] mean difference of each stroke from others [k, n]: in normal, color and size, each 0 to 1."""
     thinnest = np.argmin(strokes.scales, axis=1)
     normals = np.take_along_axis(rotation_matrices(strokes.quats), thinnest[:, None, None], axis=2)[:, :, 0]
     lab = oklab_of(base_colors(strokes.sh))

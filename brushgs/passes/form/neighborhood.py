@@ -1,4 +1,4 @@
-"""The neighbours of each stroke, for smoothing directions, agreement of signs, and curvature."""
+"""The neighbors of each stroke, for smoothing directions, agreement of signs, and curvature."""
 
 from dataclasses import dataclass
 
@@ -15,17 +15,17 @@ from brushgs.values.sh import base_colors
 
 NUM_NEIGHBORS = 10
 ROUNDS = 4
-COLOR_SPREAD = 0.03  # squared difference of colours, CIELAB / 100, at which a neighbour counts 1/e
+COLOR_SPREAD = 0.03  # squared difference of colors, CIELAB / 100, at which a neighbor counts 1/e
 HALF_BEND = 0.03  # squared difference of normals, as sines, that counts half
 
 
 @dataclass(frozen=True, eq=False)
 class Neighborhood:
-    """The neighbours of strokes, with weights.
+    """The neighbors of strokes, with weights.
 
     Attributes:
         rows: [n, k] the k nearest others.
-        weights: [n, k] their weights, sum 1 or 0: more for neighbours of the same plane and colour that are
+        weights: [n, k] their weights, sum 1 or 0: more for neighbors of the same plane and color that are
             not smaller.
     """
 
@@ -34,7 +34,7 @@ class Neighborhood:
 
     @classmethod
     def of(cls, planes: Planes, strokes: Gaussians) -> "Neighborhood":
-        """The neighbours of strokes."""
+        """The neighbors of strokes."""
         rows = np.empty((len(planes), max(0, min(NUM_NEIGHBORS, len(planes) - 1))), dtype=np.int32)
         _core.neighbors(planes.means, rows, num_threads_or_default(None))
         normals, colors = planes.axes[:, 2], Space("lab").to(base_colors(strokes.sh))
@@ -51,20 +51,20 @@ class Neighborhood:
         return cls(rows, weights / np.where(totals > 0, totals, 1.0))
 
     def smoothed(self, values: F64) -> F64:
-        """Columns [n, c], repeatedly averaged with the mean of the neighbours."""
+        """Columns [n, c], repeatedly averaged with the mean of the neighbors."""
         for _ in range(ROUNDS):
             values = 0.5 * values + 0.5 * self.mean(values)
         return values
 
     def mean(self, values: F64) -> F64:
-        """The weighted mean of the neighbours' columns [n, c]."""
+        """The weighted mean of the neighbors' columns [n, c]."""
         means = np.empty_like(values)
         for some in blocks(len(values)):
             means[some] = (self.weights[some, None] @ values[self.rows[some]])[:, 0]
         return means
 
     def agreed(self, directions: F64, headings: F64) -> F64:
-        """Directions [n, 3], flipped to agree with their neighbours, starting from `headings` [n, 3].
+        """Directions [n, 3], flipped to agree with their neighbors, starting from `headings` [n, 3].
 
         The stroke image runs from left to right along the longest axis, in the sign of the quaternion's
         matrix: the anchor direction of the lock.

@@ -1,9 +1,9 @@
 """Strokes -> strokes turned within their own plane, along the form they depict.
 
 Clustering gives strokes that are about as long as wide, in random directions: paint on a plank lies across
-it. Here each stroke gets a direction from its surroundings, smoothed over neighbours in space. Strokes
+it. Here each stroke gets a direction from its surroundings, smoothed over neighbors in space. Strokes
 without a clear direction stay, and slender ones keep their axis. Position, normal, thickness, area, opacity
-and colour stay. A stroke becomes at most `ASPECT` times as long as wide; less where neighbours disagree, and
+and color stay. A stroke becomes at most `ASPECT` times as long as wide; less where neighbors disagree, and
 never thinner than thick.
 
 Direction (as twice the angle) and aspect (as logarithm) form one 2D vector, so that shapes change without
@@ -37,8 +37,8 @@ ASPECT = 2.2
 OWN = (1.1, ASPECT)
 SURE = 0.3  # confidence from which on the field decides; below, the own shape stays more and more
 SLENDER = (4.0, 6.0)  # likewise, where the user says how strokes run: ropes and grass stay what they are
-OWN_COUNTS = (1.1, 1.6)  # aspects between which the own direction comes to count for the neighbours
-UNSURE = 0.05  # weight of having no direction: beside it, noise on a surface of one colour is nothing
+OWN_COUNTS = (1.1, 1.6)  # aspects between which the own direction comes to count for the neighbors
+UNSURE = 0.05  # weight of having no direction: beside it, noise on a surface of one color is nothing
 WISH = 4.0  # weight of what the user says, where it counts wholly; a field has up to 4.2
 # Lengths of the own field between which it comes to count more than the marks of a style, and how much of
 # these it then replaces: smooth places take the flow of a painting, form keeps its own.
@@ -54,7 +54,7 @@ class Weights:
 
     Attributes:
         own: long axis of slender strokes.
-        color: lines of equal colour on the surface.
+        color: lines of equal color on the surface.
         curvature: direction of least curvature.
         long: direction in which the surface extends.
     """
@@ -83,9 +83,9 @@ def orient(
 
     Args:
         strokes: n strokes; their plane is perpendicular to their shortest axis.
-        gaussians: the scene they were made of, for surface colours.
-        field: "form": along lines of equal colour, least curvature, extent of the surface, and slender
-            strokes nearby. "color": only along lines of equal colour. "own": unchanged. "guides:FILE": along
+        gaussians: the scene they were made of, for surface colors.
+        field: "form": along lines of equal color, least curvature, extent of the surface, and slender
+            strokes nearby. "color": only along lines of equal color. "own": unchanged. "guides:FILE": along
             lines in space, see `read_guides`; "painting:FILE": as the brush marks of a picture, see
             `mark_wish`; both fall back to "form". Or a parsed `Direction`, or opened `Guides` or `Marks`, see
             `open_field`.
@@ -100,7 +100,7 @@ def orient(
         SceneError: if the file cannot be used.
 
     Strokes with an aspect above 2.2 keep their axes (above 6 under guides and marks). Signs are chosen so
-    that neighbours point the same way: with the lock "anchor", stroke images run along the longest axis. Up
+    that neighbors point the same way: with the lock "anchor", stroke images run along the longest axis. Up
     to rounding the result does not depend on unit, position, order of rows or number of threads; equal input
     gives bit-identical output.
 
@@ -160,7 +160,7 @@ def _shapes(planes: Planes, pairs: F64, weights: F64, turnable: F64, aspects: F6
     Args:
         planes: of the strokes.
         pairs: [n, 2] smoothed directions.
-        weights: [n] of the pairs: the more they exceed the pairs' lengths, the less neighbours agree.
+        weights: [n] of the pairs: the more they exceed the pairs' lengths, the less neighbors agree.
         turnable: [n] share of the shape that the field decides, 0 to 1.
         aspects: [n] largest aspect of turned strokes.
         marked: [n] 0 to 1, how far guides or marks apply; such strokes may get as thin as they are wide.
@@ -182,7 +182,7 @@ def _shapes(planes: Planes, pairs: F64, weights: F64, turnable: F64, aspects: F6
 def _shaped(
     strokes: Gaussians, planes: Planes, shapes: F64, is_free: Mask, around: Neighborhood, headings: F64
 ) -> Gaussians:
-    """The strokes with these shapes [n, 2], signs aligned with their neighbours."""
+    """The strokes with these shapes [n, 2], signs aligned with their neighbors."""
     angles = 0.5 * np.arctan2(shapes[:, 1], shapes[:, 0])
     logs = np.hypot(shapes[:, 0], shapes[:, 1])
     along, across, normals = (planes.axes[:, i] for i in range(3))

@@ -24,12 +24,12 @@ FALLS = 0.35  # minimum drop of inverse depth at an outline: 0.2 outlines the ja
 SOLID = 0.5  # minimum alpha of a pixel that shows a surface
 NEAREST = 0.05  # of the depth of the subject; smaller depths are clipped to this
 SMOOTH = 2.0  # pixels over which directions of an outline are smoothed
-BESIDE = 3.0  # pixels from an outline at which colours are read
+BESIDE = 3.0  # pixels from an outline at which colors are read
 BORDER = 3  # pixels of a view without outline
 WIDEST = 28  # pixels, maximum measured width of a subject
 NUM_ALONG = 24  # points of an outline over which its data are averaged: some 24 pixels
 ACROSS = np.arange(-4.0, 5.0)  # pixels from an outline, outward, at which its drop is measured
-# An outline is lost already where colours differ by less across it (OKLab; 6 of CIELAB), where it falls over
+# An outline is lost already where colors differ by less across it (OKLab; 6 of CIELAB), where it falls over
 # more pixels (8 of 1000, and what a small picture blurs), and where the subject is a line that is not wider.
 FAINT, WIDE, THIN = 0.055, 2.8, 3
 
@@ -103,7 +103,7 @@ def _render(strokes: Gaussians, camera: Camera, kernel_name: str = "gaussian") -
 
 
 class _Pictures(NamedTuple):
-    """Pictures of a view: [h, w, 3] all paint, colours of the strokes, and their numbers; [h, w] their
+    """Pictures of a view: [h, w, 3] all paint, colors of the strokes, and their numbers; [h, w] their
     inverse depth, 0 without strokes.
     """
 
@@ -117,7 +117,7 @@ def view_of(strokes: Gaussians, camera: Camera, around: Around, says: F64) -> Vi
     """The outline of strokes in a view, or None.
 
     Args:
-        strokes: k strokes, in their painted colours.
+        strokes: k strokes, in their painted colors.
         camera: the view, of any size.
         around: the background.
         says: [k, 3] numbers of each stroke, 0 to 1, to be transferred to points of the outline.
@@ -145,7 +145,7 @@ def view_of(strokes: Gaussians, camera: Camera, around: Around, says: F64) -> Vi
 
 
 def _own(frame: Frame) -> Array:
-    """[h, w, 3] colours of the paint, also where it is faint."""
+    """[h, w, 3] colors of the paint, also where it is faint."""
     return np.asarray(frame.rgb / np.maximum(frame.alpha[..., None], 1e-6))
 
 

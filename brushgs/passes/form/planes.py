@@ -15,7 +15,7 @@ from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 
-ROWS_AT_A_TIME = 1 << 14  # strokes with their neighbours in memory
+ROWS_AT_A_TIME = 1 << 14  # strokes with their neighbors in memory
 _ROWS, _COLUMNS = np.array([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]).T  # of the six numbers
 _TIMES = np.where(_ROWS == _COLUMNS, 1.0, 2.0)  # how often each occurs in the matrix
 
@@ -25,7 +25,7 @@ class Planes:
     """The planes of n strokes, perpendicular to their shortest axes.
 
     Attributes:
-        means: [n, 3] centres, world units.
+        means: [n, 3] centers, world units.
         order: [n, 3] columns of the longest, middle and shortest axis in the rotation matrices.
         axes: [n, 3, 3] these unit axes as rows, in that order: the last is the normal.
         scales: [n, 3] standard deviations in that order, world units.

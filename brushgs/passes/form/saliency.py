@@ -1,13 +1,13 @@
 """Gaussians -> saliency, 0 to 1: where the eye goes first, and a painter takes a small brush.
 
-Cues are measured in an upright grid around the scene: difference of colour from the surroundings, warm
-colours of skin in other surroundings, local variation of colour, thin paint (a line or a knob, not a wall),
+Cues are measured in an upright grid around the scene: difference of color from the surroundings, warm
+colors of skin in other surroundings, local variation of color, thin paint (a line or a knob, not a wall),
 and the top of upright objects. Faces and hands have priority; the other cues count in the middle of the
 subject, or of the view.
 
-Colours are weighted by paint, and cells with little paint take the colour of their surroundings: a floater is
+Colors are weighted by paint, and cells with little paint take the color of their surroundings: a floater is
 not salient. Lengths are radii of the subject; in a scene seen from inside approximately angles at the eye.
-The colour cast of the light of a whole scene is removed before skin is detected.
+The color cast of the light of a whole scene is removed before skin is detected.
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from brushgs.values.sh import base_colors
 REACH = 2.0  # of the grid to each side, radii; positions beyond are contracted into it
 CELLS = 64  # of the grid along each axis
 NEAR, AROUND = 0.05, 0.22  # standard deviations of a place, and of its surroundings
-DOUBT = 0.3  # of the usual paint of a place, added to every place in the colour of its surroundings
+DOUBT = 0.3  # of the usual paint of a place, added to every place in the color of its surroundings
 INSIDE = 0.5  # of the median distance from the eye: nearer objects are not magnified further
 # Skin in OKLab: hue, middle and half width; chroma and lightness from none to full to none.
 SKIN_HUE, SKIN_HUE_WIDTH = float(np.radians(52.0)), float(np.radians(26.0))
@@ -86,7 +86,7 @@ def saliency(gaussians: Gaussians, view: FirstView) -> F64:
 def _contrasts(
     grid: "_Grid", weights: Array, lab: F64, near: Array, around: Array, doubt: float
 ) -> tuple[F64, F64]:
-    """Difference of cells from the colours around, and their additional variation, both 0 to 1."""
+    """Difference of cells from the colors around, and their additional variation, both 0 to 1."""
     scaled = lab * (LIGHTNESS_WEIGHT, 1.0, 1.0)
     away, mean_squares, wide_squares = np.zeros((3, *near.shape))
     for column in scaled.T:
@@ -226,7 +226,7 @@ def _grid_of(gaussians: Gaussians, view: FirstView) -> tuple[_Grid, Array]:
 
 
 def _skin_likeness(lab: F64) -> F64:
-    """Similarity of OKLab colours [N, 3] to skin of any tone in any light, [N] 0 to 1."""
+    """Similarity of OKLab colors [N, 3] to skin of any tone in any light, [N] 0 to 1."""
     lightness, chroma = lab[:, 0], np.hypot(lab[:, 1], lab[:, 2])
     hue = np.abs(np.arctan2(lab[:, 2], lab[:, 1]) - SKIN_HUE) / SKIN_HUE_WIDTH
     return np.asarray(smoothstep(2 - hue) * _band(chroma, SKIN_CHROMA) * _band(lightness, SKIN_LIGHT))

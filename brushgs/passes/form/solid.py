@@ -4,7 +4,7 @@ Trained scenes consist of half transparent Gaussians, several deep, and so do st
 covers. A stroke becomes more opaque and smaller at constant opacity x area, so that pictures keep their
 brightness and mean transparency.
 
-Fit colours (`repaint`) afterwards. Measured that way, with three brushes, 2000 and 6000 strokes: mean of six
+Fit colors (`repaint`) afterwards. Measured that way, with three brushes, 2000 and 6000 strokes: mean of six
 scenes +0.1 dB (koala, whose fur blends, -0.3), on underpaint +0.2 (campsite -0.1, biker +0.8). Without
 `repaint` it costs 0.3. Keeping more of the area loses 0.1 dB; opacity^0.5 everywhere breaks haze into specks
 (chair -0.7).
@@ -26,7 +26,7 @@ def solidify(strokes: Gaussians, strength: float = STRENGTH) -> Gaussians:
     """Make strokes more opaque and smaller, keeping opacity x area.
 
     The new opacity is o + strength x s x o (1 - o): with o the stroke's opacity and s the share of light that
-    it and its neighbours stop at its centre. On a surface (s = 1) that is the opacity of two coats; in haze
+    it and its neighbors stop at its center. On a surface (s = 1) that is the opacity of two coats; in haze
     (s = o) it is nearly o: a large faint stroke in the air becomes neither a slab nor specks.
 
     Args:

@@ -1,8 +1,8 @@
-"""Gaussians around each stroke -> direction of constant colour, and of the surface's extent.
+"""Gaussians around each stroke -> direction of constant color, and of the surface's extent.
 
 Gaussians are finer than strokes, so they show edges that strokes cross. The unit of length is the distance of
-the farthest neighbour, whose weight is zero: the result depends neither on unit and position of the scene,
-nor on the choice between equally far neighbours.
+the farthest neighbor, whose weight is zero: the result depends neither on unit and position of the scene,
+nor on the choice between equally far neighbors.
 """
 
 from dataclasses import dataclass
@@ -22,11 +22,11 @@ from brushgs.values.sh import base_colors
 NUM_NEIGHBORS = 20
 SURFACE = 0.6  # share of the Gaussians that is used, those of most paint: the others are mostly hidden
 FARTHEST = 1e6  # scene radii; larger distances are clipped
-# Step of colour across a stroke with weight 1/2, CIELAB / 100: 3 units are just visible side by side.
+# Step of color across a stroke with weight 1/2, CIELAB / 100: 3 units are just visible side by side.
 HALF_STEP = 0.03
-FLATNESS = 0.02  # of the spread of neighbours, added to it: against neighbours on a line
-LONG = (0.5, 0.9)  # 1 - smaller / larger spread over which neighbours count as elongated; 0.4 by chance
-LEAST_SPREAD = 1e-12  # squared distances of the farthest neighbour
+FLATNESS = 0.02  # of the spread of neighbors, added to it: against neighbors on a line
+LONG = (0.5, 0.9)  # 1 - smaller / larger spread over which neighbors count as elongated; 0.4 by chance
+LEAST_SPREAD = 1e-12  # squared distances of the farthest neighbor
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Surface:
     """Directions from the Gaussians around n strokes, as pairs in the planes of the strokes.
 
     Attributes:
-        color: [n, 2] along lines of equal colour; weight 0 to 1, 1/2 for a step of `HALF_STEP`.
+        color: [n, 2] along lines of equal color; weight 0 to 1, 1/2 for a step of `HALF_STEP`.
         long: [n, 2] along the extent of the surface; weight 0 to 1, 0 if it is as long as wide, or no
             surface.
     """
@@ -74,7 +74,7 @@ def _surface_of(planes: Planes, near: "_Near", rows: slice) -> tuple[F64, F64]:
     )
     with np.errstate(over="ignore"):
         sizes = np.minimum(planes.sizes / reach, FARTHEST)
-    steps = np.sqrt(contrast) * sizes  # of colour, across the stroke
+    steps = np.sqrt(contrast) * sizes  # of color, across the stroke
     long, difference = unit_pairs(np.stack([xx - yy, 2 * xy], axis=1))
     widest, narrow = 0.5 * (xx + yy + difference), 0.5 * (xx + yy - difference)
     is_long = ramp(difference / np.maximum(widest, LEAST_SPREAD), *LONG)
@@ -84,7 +84,7 @@ def _surface_of(planes: Planes, near: "_Near", rows: slice) -> tuple[F64, F64]:
 
 @dataclass(frozen=True, eq=False)
 class _Near:
-    """The Gaussians of the surface nearest to each stroke. Positions are in scene radii from the centre.
+    """The Gaussians of the surface nearest to each stroke. Positions are in scene radii from the center.
 
     Attributes:
         places: [n, 3] positions of the strokes.
@@ -93,7 +93,7 @@ class _Near:
         points: [S, 3] positions of the Gaussians.
         radius: of the scene, world units.
         shares: [S] root of their paint over that of the largest.
-        sh: [S, k, 3] their colours.
+        sh: [S, k, 3] their colors.
     """
 
     places: F64
@@ -118,7 +118,7 @@ class _Near:
         return cls(places, distances, found, points, radius, shares, gaussians.sh[rows])
 
     def around(self, strokes: slice) -> tuple[F64, F64, F64, F64]:
-        """Weights [n, k], positions [n, k, 3], their unit [n], world units, and colours [n, k, 3]."""
+        """Weights [n, k], positions [n, k, 3], their unit [n], world units, and colors [n, k, 3]."""
         places, distances, found = (x[strokes] for x in (self.places, self.distances, self.found))
         reach = np.where(distances[:, -1] > 0, distances[:, -1], 1.0)
         weights = (1 - (distances / reach[:, None]) ** 2) ** 2 * self.shares[found]

@@ -1,1 +1,1 @@
-"""Styles: learnt from paintings and from edits, and applied to the strokes of any scene."""
+"""Styles: learned from paintings and from edits, and applied to the strokes of any scene."""

@@ -7,7 +7,7 @@ from brushgs.values.colors import flatten
 
 
 def averaged(image: Array, most: int) -> F32:
-    """The opaque colours [h, w, 3] of a picture, averaged over blocks to at most so many pixels a side."""
+    """The opaque colors [h, w, 3] of a picture, averaged over blocks to at most so many pixels a side."""
     step = -(-max(image.shape[:2]) // most)
     height, width = max(image.shape[0] // step, 1), max(image.shape[1] // step, 1)
     small = np.empty((height, width, 3), np.float32)

@@ -1,8 +1,8 @@
-"""Strokes -> the same strokes, each with a mark of a painting: by colour, contrast around it, and chance.
+"""Strokes -> the same strokes, each with a mark of a painting: by color, contrast around it, and chance.
 
-A mark of the colour of a stroke keeps its bristles when it is laid in it. Contrast is matched by rank: where
+A mark of the color of a stroke keeps its bristles when it is laid in it. Contrast is matched by rank: where
 a scene is calmest the calmest marks of the painting are laid, and broken ones where it is busiest. Strokes of
-places that are not as calm as the painting's, for their rank, come nearer to the colour around them. The
+places that are not as calm as the painting's, for their rank, come nearer to the color around them. The
 choice is made once, from strokes in space: a stroke keeps its mark in every view.
 """
 
@@ -22,8 +22,8 @@ from brushgs.values.sh import base_colors, shift_base_colors
 from brushgs.values.style import MarkDictionary
 
 NUM_BEST = 6  # marks that a stroke chooses among
-NUM_NEIGHBORS = 24  # strokes whose colours are its surroundings
-OF_CONTRAST = 4.0  # weight of contrast, colours 1
+NUM_NEIGHBORS = 24  # strokes whose colors are its surroundings
+OF_CONTRAST = 4.0  # weight of contrast, colors 1
 TAKES, WHICH = 5, 6  # draws, see `chances`
 
 
@@ -40,14 +40,14 @@ def choose_marks(
     gives them back. Each takes one of the six marks that are most like it.
 
     Args:
-        strokes: k strokes in the colours that they are painted in; without brushes theirs is row 0.
+        strokes: k strokes in the colors that they are painted in; without brushes theirs is row 0.
         choices: dictionaries, the rows of their marks in the brush set, and the share of the strokes that
             take one of them; shares are 0 to 1, at most 1 in all.
         first: share of the strokes that are left alone, as they have taken other brushes of styles.
         seed: 0 to 2^32 - 1.
 
     Returns:
-        The strokes with other `brushes`, and calmer colours where the painting is calmer than they are; the
+        The strokes with other `brushes`, and calmer colors where the painting is calmer than they are; the
         input itself where no share is above 0.
     """
     if not len(strokes) or all(share == 0 for _, _, share in choices):
@@ -74,7 +74,7 @@ def choose_marks(
 
 
 def _calmed(strokes: Gaussians, lab: F64, means: F64, kept: F64) -> Gaussians:
-    """Strokes that keep a share [k] of what their colours differ by from the means around them, at most 1."""
+    """Strokes that keep a share [k] of what their colors differ by from the means around them, at most 1."""
     rows = np.flatnonzero(kept < 1)
     shifts = np.zeros_like(lab)
     calm = means[rows] + kept[rows, None] * (lab[rows] - means[rows])
@@ -83,7 +83,7 @@ def _calmed(strokes: Gaussians, lab: F64, means: F64, kept: F64) -> Gaussians:
 
 
 def _around(strokes: Gaussians, lab: F64) -> tuple[F64, F64]:
-    """[k, 3] mean colour of each stroke and those around it, and [k] deviation of their lightness, OKLab."""
+    """[k, 3] mean color of each stroke and those around it, and [k] deviation of their lightness, OKLab."""
     others = nearest_others(strokes.means.astype(np.float64), NUM_NEIGHBORS)
     near = lab[np.column_stack([np.arange(len(lab)), others])]
     return near.mean(axis=1), near[..., 0].std(axis=1)

@@ -1,7 +1,7 @@
-"""Plain names of colours, as a painter would call them: "deep blue", "warm grey", "ochre".
+"""Plain names of colors, as a painter would call them: "deep blue", "warm gray", "ochre".
 
 By lightness L, chroma C and hue of OKLab. The families and their limits were set by looking at charts of
-them; a name says where a colour is, not which pigment it is.
+them; a name says where a color is, not which pigment it is.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from brushgs.values.arrays import F64
 from brushgs.values.colors import oklab_of
 
-_GREY, _TINTED = 0.008, 0.034  # chroma up to which a colour is grey, and a warm or cool grey
+_GREY, _TINTED = 0.008, 0.034  # chroma up to which a color is gray, and a warm or cool gray
 _WARM = (0.0, 125.0)  # degrees of hue; from 340 on too
 # First degree of each family of hues; those below the first belong to the last.
 _HUES = (
@@ -22,7 +22,7 @@ _PALES = {"red": "pink", "orange": "peach", "gold": "cream", "yellow": "cream", 
 
 
 def color_name(rgb: F64) -> str:
-    """The name of a display-encoded colour [3], 0 to 1; values beyond are taken as they are."""
+    """The name of a display-encoded color [3], 0 to 1; values beyond are taken as they are."""
     lightness, a, b = oklab_of(np.asarray(rgb, np.float64)[None])[0]
     chroma, hue = float(np.hypot(a, b)), float(np.degrees(np.arctan2(b, a)) % 360)
     if chroma < _TINTED * min(1.0, 0.4 + float(lightness)):
@@ -32,7 +32,7 @@ def color_name(rgb: F64) -> str:
 
 
 def color_names(colors: F64) -> list[str]:
-    """Names of several colours [k, 3], all different: equal ones are told apart by tone, then by number."""
+    """Names of several colors [k, 3], all different: equal ones are told apart by tone, then by number."""
     plain = [color_name(rgb) for rgb in colors]
     lightness = oklab_of(np.asarray(colors, np.float64))[:, 0]
     names = list(plain)

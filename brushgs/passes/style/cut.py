@@ -1,8 +1,8 @@
 """A painting -> images of single marks, cut out of it.
 
-From places on it paint of about one colour is grown; what so gets a closed outline, about as long and wide as
+From places on it paint of about one color is grown; what so gets a closed outline, about as long and wide as
 the marks of the painting are, is a mark that lies on the others. It is turned and straightened along its
-axis, and covers what has its colour: so bristles stay, and no edge of a rectangle is seen.
+axis, and covers what has its color: so bristles stay, and no edge of a rectangle is seen.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ MOST_BRUSHES, LEAST_BRUSHES = 8, 3
 LONGEST, WIDEST = 128, 64  # texels of a brush: eight of them take 87 kB as text in a file
 NUM_SEEDS = 500  # places that are tried
 MOST_WIDTH = 20  # pixels of a mark; in larger ones blocks are averaged first
-TOLERANCES = (0.5, 1.0)  # of the deviation of marks: how far the colour of paint differs within one
+TOLERANCES = (0.5, 1.0)  # of the deviation of marks: how far the color of paint differs within one
 LEAST_TOLERANCE, MOST_TOLERANCE = 0.02, 0.10  # OKLab
 LENGTHS = (0.5, 1.6)  # of a typical mark: pieces of hidden ones are shorter, several together longer
 WIDTHS = (0.6, 1.8)
@@ -46,13 +46,13 @@ class _Mark:
         angle: of its axis.
         bend: its axis is v = bend (u^2 - mean), pixels, u along.
         half: [2] half length and half width, pixels.
-        tolerance: of its colour.
-        distance: [h, w] of the colours of the window from that of the mark.
+        tolerance: of its color.
+        distance: [h, w] of the colors of the window from that of the mark.
         inside: [h, w] of the window.
         corner: [2] (x, y) of the window's first pixel.
         reach: farthest of its outline from the axis, pixels.
         edge: how soft its outline is drawn, a share of its width.
-        full: share of its coverage that does not depend on its colour.
+        full: share of its coverage that does not depend on its color.
     """
 
     score: float
@@ -110,8 +110,8 @@ class _Search:
     Attributes:
         lab: [3, H, W] the picture.
         typical: [2] length and width of its marks, pixels.
-        tolerance: of colours within one, OKLab.
-        is_soft: whether marks have no outline of their own: what has about one colour in an ellipse is one.
+        tolerance: of colors within one, OKLab.
+        is_soft: whether marks have no outline of their own: what has about one color in an ellipse is one.
         is_taken: [H, W] what was grown already.
     """
 
@@ -170,7 +170,7 @@ def _grown(search: _Search, x: int, y: int) -> _Mark | None:
 
 
 def _region(search: _Search, x: int, y: int) -> tuple[Mask, F32, F64] | None:
-    """Paint of one colour around a place: where it is, how far colours are from it, and the corner (x, y).
+    """Paint of one color around a place: where it is, how far colors are from it, and the corner (x, y).
 
     None where it is too small or too large for a mark.
     """
@@ -258,7 +258,7 @@ def _straightened(mark: _Mark) -> NDArray[np.uint8]:
     bent = v + mark.bend * (u**2 - mark.half[0] ** 2 / 3)
     x = mark.center[0] + np.cos(mark.angle) * u - np.sin(mark.angle) * bent - mark.corner[0]
     y = mark.center[1] + np.sin(mark.angle) * u + np.cos(mark.angle) * bent - mark.corner[1]
-    # Colours and distances are smooth and may be drawn larger; coverage itself would get steps.
+    # Colors and distances are smooth and may be drawn larger; coverage itself would get steps.
     color = map_coordinates(mark.distance, [y, x], np.float64, order=3, mode="nearest")
     signed = distance_transform_edt(mark.inside) - distance_transform_edt(~mark.inside)
     outline = map_coordinates(gaussian_filter(signed, 0.7), [y, x], np.float64, order=3, mode="nearest")

@@ -1,10 +1,10 @@
-"""A painting -> a dictionary of its real marks: cut out along the flow, with their colours and their relief.
+"""A painting -> a dictionary of its real marks: cut out along the flow, with their colors and their relief.
 
 From places all over the painting, oblong pieces of about the size of its marks are taken, turned the way that
-marks run there. The middle of each has the colour of its mark; what is like it is paint, what is not is left
-out, with soft and ragged ends. Colours are kept as what they differ by from their mean, in OKLab: so a mark
-can be laid in any colour, and keeps its bristles of two colours or its lit ridge. Some hundreds are kept that
-stand for all: the middles of clusters in colour, change of colour across, contrast and length.
+marks run there. The middle of each has the color of its mark; what is like it is paint, what is not is left
+out, with soft and ragged ends. Colors are kept as what they differ by from their mean, in OKLab: so a mark
+can be laid in any color, and keeps its bristles of two colors or its lit ridge. Some hundreds are kept that
+stand for all: the middles of clusters in color, change of color across, contrast and length.
 Source of the seeds of clusters: Arthur and Vassilvitskii 2007, k-means++.
 """
 
@@ -26,9 +26,9 @@ LONG, WIDE = 1.25, 2.2  # of a piece, in lengths and widths of a mark
 MOST_ASPECT = 4.5  # of a piece: longer ones bend in the painting
 LEAST_PIXELS = 8  # across a piece
 CORE_LONG, CORE_WIDE = 0.6, 0.3  # of a piece: where the mark in its middle is
-LIKE = 0.11  # OKLab: deviation of the colours of one mark
+LIKE = 0.11  # OKLab: deviation of the colors of one mark
 FAINT = 0.08  # coverage of what is not like it
-WEIGHTS = (1.0, 0.6, 0.6, 0.15)  # of colour, of change across, of contrast and of length, in clustering
+WEIGHTS = (1.0, 0.6, 0.6, 0.15)  # of color, of change across, of contrast and of length, in clustering
 ROUNDS = 12  # of k-means
 
 
@@ -75,7 +75,7 @@ def _places(shape: tuple[int, ...], margin: float) -> NDArray[np.intp]:
 
 
 def _cut(lab: F32, places: NDArray[np.intp], angles: Array, length: float, width: float) -> F32:
-    """[n, 3, h, w] the colours around places, their marks along the rows."""
+    """[n, 3, h, w] the colors around places, their marks along the rows."""
     from scipy.ndimage import gaussian_filter
 
     columns, rows = TEXELS
@@ -96,7 +96,7 @@ def _cut(lab: F32, places: NDArray[np.intp], angles: Array, length: float, width
 
 
 def _core(pieces: F32) -> F64:
-    """[n, 3] the colour of the mark in the middle."""
+    """[n, 3] the color of the mark in the middle."""
     rows, columns = pieces.shape[2:]
     high, long = round(rows * CORE_WIDE / 2), round(columns * CORE_LONG / 2)
     middle = pieces[:, :, rows // 2 - high : rows // 2 + high, columns // 2 - long : columns // 2 + long]

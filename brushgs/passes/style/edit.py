@@ -1,9 +1,9 @@
-"""An edit that was learnt, applied to strokes: a map of their colours, and of their sizes.
+"""An edit that was learned, applied to strokes: a map of their colors, and of their sizes.
 
-    colour after = affine(colour) + sum over bumps of bump(features) x (weights + slopes @ colour)
+    color after = affine(color) + sum over bumps of bump(features) x (weights + slopes @ color)
 
-Far from the colours of all centres bumps fall to 0 and the affine map remains; other features count as far as
-the centres reach. So no stroke is carried away that is unlike all that the edit was learnt from.
+Far from the colors of all centers bumps fall to 0 and the affine map remains; other features count as far as
+the centers reach. So no stroke is carried away that is unlike all that the edit was learned from.
 """
 
 from collections.abc import Iterable
@@ -24,9 +24,9 @@ LARGEST = np.log(8.0)  # of sizes: no style makes strokes that fill the picture,
 
 
 def edit_map(edit: StyleEdit) -> ColorMap:
-    """The map of colours of an edit.
+    """The map of colors of an edit.
 
-    Colours that belong to no stroke have no other features: for these a residual counts only where colour is
+    Colors that belong to no stroke have no other features: for these a residual counts only where color is
     all that it depends on.
     """
     base = Affine(edit.affine[:, :3], edit.affine[:, 3])
@@ -36,7 +36,7 @@ def edit_map(edit: StyleEdit) -> ColorMap:
 
 
 def needed_features(edits: Iterable[StyleEdit]) -> tuple[str, ...]:
-    """Names of the features of strokes that edits depend on beside their colour, each once."""
+    """Names of the features of strokes that edits depend on beside their color, each once."""
     names = [name for edit in edits if edit.residual is not None for name in edit.residual.features]
     return tuple(dict.fromkeys(name for name in names if name not in COLOR_FEATURES))
 
@@ -44,13 +44,13 @@ def needed_features(edits: Iterable[StyleEdit]) -> tuple[str, ...]:
 def apply_edit(
     strokes: Gaussians, edit: StyleEdit, features: StrokeFeatures | None, share: float = 1.0
 ) -> Gaussians:
-    """Strokes in the colours and sizes of an edit.
+    """Strokes in the colors and sizes of an edit.
 
     Args:
         strokes: N strokes.
         edit: what is done to them.
-        features: of the strokes, see `needed_features`; None for none, so that only colour counts.
-        share: 0 (the input itself) to 1; colours and logarithms of sizes are linear in it.
+        features: of the strokes, see `needed_features`; None for none, so that only color counts.
+        share: 0 (the input itself) to 1; colors and logarithms of sizes are linear in it.
     """
     if share == 0 or len(strokes) == 0:
         return strokes
@@ -79,16 +79,16 @@ def resized(strokes: Gaussians, steps: F64) -> Gaussians:
 
 
 def bumps(centers: Array, width: float, place: F64) -> F64:
-    """[M, K] the bumps around centres [K, F] at places [M, F]: 1 at its centre, exp(-1/2) a width away."""
+    """[M, K] the bumps around centers [K, F] at places [M, F]: 1 at its center, exp(-1/2) a width away."""
     squares = (place**2).sum(axis=1)[:, None] + (centers.astype(np.float64) ** 2).sum(axis=1)
     squares -= 2 * place @ centers.T.astype(np.float64)
     return np.asarray(np.exp(-0.5 / width**2 * np.maximum(squares, 0)))
 
 
 def within(names: tuple[str, ...], centers: Array, place: F64) -> F64:
-    """Places [M, F] moved to the range of the centres [K, F], but for features of colour.
+    """Places [M, F] moved to the range of the centers [K, F], but for features of color.
 
-    What lies higher than all that was seen is as what was highest; but an unseen colour is another one.
+    What lies higher than all that was seen is as what was highest; but an unseen color is another one.
     """
     low, high = centers.min(axis=0).astype(np.float64), centers.max(axis=0).astype(np.float64)
     is_color = np.array([name in COLOR_FEATURES for name in names])
@@ -122,13 +122,13 @@ class _EditMap:
         return slopes
 
     def _added(self, rgb: F64, features: StrokeFeatures | None) -> F64:
-        """[M, 3] what the bumps add to colours."""
+        """[M, 3] what the bumps add to colors."""
         residual = self.residual
         heights = bumps(residual.centers, residual.width, _standardised(residual, rgb, features))
         return _weighted(heights @ _columns(residual), rgb)
 
     def _added_slopes(self, rgb: F64, features: StrokeFeatures | None) -> F64:
-        """[M, 3, 3] the derivative of that by the colours: of what is multiplied, and of the bumps."""
+        """[M, 3, 3] the derivative of that by the colors: of what is multiplied, and of the bumps."""
         residual = self.residual
         place = _standardised(residual, rgb, features)
         heights = bumps(residual.centers, residual.width, place)
@@ -140,7 +140,7 @@ class _EditMap:
         ]
         lab_slopes = Space("lab").slopes_to(rgb) if of_color else None
         for row, channel in of_color:
-            # d bump / d place = bump x (centre - place) / width^2, and what is added is linear in bumps.
+            # d bump / d place = bump x (center - place) / width^2, and what is added is linear in bumps.
             centers = residual.centers[:, row].astype(np.float64)
             toward = (heights * centers) @ columns - place[:, row, None] * own
             along = _weighted(toward, rgb) / (residual.width**2 * float(residual.scale[row]))
@@ -163,7 +163,7 @@ def _columns(residual: Residual) -> F64:
 
 
 def _weighted(maps: F64, rgb: F64) -> F64:
-    """[M, 3] colours by flat affine maps [M, 12]."""
+    """[M, 3] colors by flat affine maps [M, 12]."""
     matrices = maps.reshape(-1, 3, 4)
     return np.asarray((matrices[:, :, :3] @ rgb[:, :, None])[..., 0] + matrices[:, :, 3])
 
@@ -174,7 +174,7 @@ def _is_known(residual: Residual, features: StrokeFeatures | None) -> bool:
 
 
 def _standardised(residual: Residual, rgb: F64, features: StrokeFeatures | None) -> F64:
-    """[M, F] features in deviations: those of colour follow from the colours themselves."""
+    """[M, F] features in deviations: those of color follow from the colors themselves."""
     lab = color_features(rgb)
     place = np.empty((len(rgb), len(residual.features)))
     for column, name in enumerate(residual.features):

@@ -1,8 +1,8 @@
 """What is known of a stroke that means the same in every scene.
 
-Colours mean the same as they are. Lengths are shares of the subject, sizes ranks among the other strokes, and
+Colors mean the same as they are. Lengths are shares of the subject, sizes ranks among the other strokes, and
 directions are compared with up: so features depend neither on the unit of a scene, nor on where it stands and
-how it is turned about up. All are bounded where nothing bounds a colour: what lies far away, or shines, is
+how it is turned about up. All are bounded where nothing bounds a color: what lies far away, or shines, is
 as far as it gets.
 """
 
@@ -24,7 +24,7 @@ from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0, used_sh_degree
 
 NUM_NEIGHBORS = 8
-ROWS_AT_A_TIME = 1 << 15  # whose neighbours are in memory
+ROWS_AT_A_TIME = 1 << 15  # whose neighbors are in memory
 LOWEST, HIGHEST = -0.5, 1.5  # heights of the subject: what is further down or up is as far
 FARTHEST = 3.0  # radii of the subject
 FLATTEST = 1e-3  # radii: the least height of a subject
@@ -62,7 +62,7 @@ class StrokeFeatures:
 
 
 def color_features(rgb: F64) -> F64:
-    """[N, 3] the features that follow from display-encoded colours [N, 3] alone: CIELAB over 100.
+    """[N, 3] the features that follow from display-encoded colors [N, 3] alone: CIELAB over 100.
 
     Unlike that of OKLab its slope is bounded at black, so view-dependent terms of dark strokes stay small.
     """
@@ -131,7 +131,7 @@ class _Context:
 
     @cached_property
     def subject(self) -> tuple[F64, float, float, float]:
-        """Centre [3] and radius of the subject, and where it begins and ends along up."""
+        """Center [3] and radius of the subject, and where it begins and ends along up."""
         points = self.first_view.points
         heights = points @ self.first_view.up
         low, high = float(heights.min()), float(heights.max())
@@ -141,7 +141,7 @@ class _Context:
         return center, radius, low, max(high, low + FLATTEST * radius)
 
     def of_neighbors(self, measure: Callable[[slice, NDArray[np.int32]], F64]) -> F64:
-        """[N] a measure of a few strokes and their neighbours at a time; 0 where there are none."""
+        """[N] a measure of a few strokes and their neighbors at a time; 0 where there are none."""
         found = np.zeros(len(self.strokes))
         if self.neighbors.shape[1]:
             for first in range(0, len(found), ROWS_AT_A_TIME):
@@ -151,7 +151,7 @@ class _Context:
 
 
 def _gloss(context: _Context) -> F64:
-    """How much a colour depends on the view: root of the sum of squares of its view-dependent terms."""
+    """How much a color depends on the view: root of the sum of squares of its view-dependent terms."""
     sh = context.strokes.sh
     if used_sh_degree(context.strokes) == 0:
         return np.zeros(len(sh))
@@ -171,7 +171,7 @@ def _size(context: _Context) -> F64:
 
 
 def _bend(context: _Context) -> F64:
-    """Mean squared sine between the normal of a stroke and those of its neighbours, 0 (flat) to 1."""
+    """Mean squared sine between the normal of a stroke and those of its neighbors, 0 (flat) to 1."""
     normals = context.normals
 
     def measure(some: slice, rows: NDArray[np.int32]) -> F64:
@@ -182,7 +182,7 @@ def _bend(context: _Context) -> F64:
 
 
 def _contrast(context: _Context) -> F64:
-    """Root of the mean squared difference of colours to the neighbours, CIELAB over 100, at most 1."""
+    """Root of the mean squared difference of colors to the neighbors, CIELAB over 100, at most 1."""
     lab = context.lab
 
     def measure(some: slice, rows: NDArray[np.int32]) -> F64:

@@ -1,9 +1,9 @@
-"""Colours before and after an edit -> the affine map that is the simplest explanation of it.
+"""Colors before and after an edit -> the affine map that is the simplest explanation of it.
 
-Simple means: what most colours say, a few that an edit treats otherwise set aside; and where the colours of
-a scene do not say, as those of a grey one, first no change, then one of each channel for itself, then what
-the data force upon it. So a map that is learnt from few colours is right for others as far as it can be. One
-that does not explain the edit is weakened to what it is worth for colours that it was not fitted to.
+Simple means: what most colors say, a few that an edit treats otherwise set aside; and where the colors of
+a scene do not say, as those of a gray one, first no change, then one of each channel for itself, then what
+the data force upon it. So a map that is learned from few colors is right for others as far as it can be. One
+that does not explain the edit is weakened to what it is worth for colors that it was not fitted to.
 """
 
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ CLIP = 2e-3  # half a step of 8 bits: what is this near to 0 or 1 may have been 
 ROUNDS = 12
 FIRST_SCALE, LEAST_SCALE = 0.5, 2e-3  # of differences that are set aside, shrinking from round to round
 SPREADS = 2.0  # median differences that still count
-SAYS = 30.0  # independent colours that a scene is taken to have where no map explains them
+SAYS = 30.0  # independent colors that a scene is taken to have where no map explains them
 EXACT = 1e-6  # standard deviation of rounding in float32
 SAME, CHANGED = 1 / 255, 4 / 255  # differences that nobody sees, and those that some do
 LEFT_ALONE = 0.05  # share of the weight that shows an edit to be partial
 EXPLAINED, PROVEN = 1.5 / 255, 0.75  # what leaves so little of such a share of the weight needs no proof
-END = 1 / 3  # of the weight: colours that are held out, at each end of each axis
+END = 1 / 3  # of the weight: colors that are held out, at each end of each axis
 LEAST_SHARE = 0.5  # of the weight that a map must explain for the rest to be set aside
 
 
@@ -44,8 +44,8 @@ def fit_affine(before: F64, after: F64, weights: F64) -> AffineFit:
     """Fit an affine map.
 
     Args:
-        before: [n, 3] colours, n >= 1.
-        after: [n, 3] colours.
+        before: [n, 3] colors, n >= 1.
+        after: [n, 3] colors.
         weights: [n] >= 0, not all 0.
     """
     weights = weights / weights.sum()
@@ -58,9 +58,9 @@ def fit_affine(before: F64, after: F64, weights: F64) -> AffineFit:
 
 
 def _share_that_holds(before: F64, after: F64, weights: F64) -> float:
-    """By how much of a map colours that it was not fitted to come nearest to what was made of them, 0 to 1.
+    """By how much of a map colors that it was not fitted to come nearest to what was made of them, 0 to 1.
 
-    The ends of the principal axes of the colours are held out, one at a time: another scene has its colours
+    The ends of the principal axes of the colors are held out, one at a time: another scene has its colors
     beyond those of this one, where a straight line through steps and waves leads anywhere.
     """
     away = before - weights @ before
@@ -97,7 +97,7 @@ def _fit_all(before: F64, after: F64, weights: F64) -> AffineFit:
 
 
 def _is_partial(before: F64, after: F64, weights: F64, affine: F64) -> bool:
-    """Whether an edit leaves colours alone that the map would change: then it is one of some colours only.
+    """Whether an edit leaves colors alone that the map would change: then it is one of some colors only.
 
     What it does to these is no map of all, however many they are in this scene.
     """
@@ -110,7 +110,7 @@ def _is_partial(before: F64, after: F64, weights: F64, affine: F64) -> bool:
 def _set_aside(before: F64, after: F64, weights: F64, known: F64, start: F64) -> F64:
     """The map of most: weights of Geman and McClure at a scale that shrinks.
 
-    Where no map explains more than half, that of all colours is as good as any.
+    Where no map explains more than half, that of all colors is as good as any.
     Source: Black and Rangarajan 1996, On the unification of line processes (graduated non-convexity).
     """
     affine, scale = start, FIRST_SCALE

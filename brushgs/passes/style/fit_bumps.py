@@ -1,9 +1,9 @@
 """What an affine map leaves of an edit -> bumps over features of strokes, as few as it takes.
 
 Features, their number of bumps and how firmly these are held are chosen by what they explain of strokes that
-they were not fitted to: a part of the scene is held out, another each time, and then a part of the colours. A
+they were not fitted to: a part of the scene is held out, another each time, and then a part of the colors. A
 feature that explains nothing there does not get in, and where none does there are no bumps. Other scenes have
-other colours, so bumps are weakened to what they are worth for colours that were held out.
+other colors, so bumps are weakened to what they are worth for colors that were held out.
 """
 
 from collections.abc import Sequence
@@ -42,7 +42,7 @@ MOST_FEATURES = 3  # sets of them
 NOTHING, ENOUGH = 1.5 / 255, 0.5 / 255  # root mean square differences that nobody sees, nor adds up
 LEAST_ROWS = 64
 CELL = 0.5  # deviations: in such cells of features strokes are counted
-EVENNESS = 0.5  # power of these counts by which weights are divided: other scenes are of other colours
+EVENNESS = 0.5  # power of these counts by which weights are divided: other scenes are of other colors
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,12 +50,12 @@ class Samples:
     """Strokes, and what remains to be explained of each.
 
     Attributes:
-        rgb: [n, 3] colours before.
+        rgb: [n, 3] colors before.
         values: [n, F] features, see `names`.
         names: of the features.
         wanted: [n, C] what the affine map leaves of the outputs: RGB, then log size where it varies.
         weights: [n, C] of each, >= 0.
-        folds: [2, n] 0 to `NUM_FOLDS` - 1: by parts of the scene, and by parts of the colours.
+        folds: [2, n] 0 to `NUM_FOLDS` - 1: by parts of the scene, and by parts of the colors.
     """
 
     rgb: F64
@@ -163,7 +163,7 @@ class _Trial:
         return within(self.names, self.centers, (samples.values[:, chosen] - self.offset) / self.scale)
 
     def columns(self, samples: Samples) -> F64:
-        """[n, 4 K] what the weights of bumps are multiplied by: each bump times colour and 1."""
+        """[n, 4 K] what the weights of bumps are multiplied by: each bump times color and 1."""
         heights = bumps(self.centers, self.width, self.place(samples))
         basis = np.column_stack([samples.rgb - 0.5, np.ones(len(heights))])
         return (heights[:, :, None] * basis[:, None]).reshape(len(heights), -1)
@@ -227,7 +227,7 @@ class _Moments:
     """Mean products of columns, and of these and outputs that have the same weights.
 
     Attributes:
-        columns: [P] that are used: of a log size, which has no colour, only those of the bumps alone.
+        columns: [P] that are used: of a log size, which has no color, only those of the bumps alone.
         outputs: [c].
         gram: [P, P].
         right: [P, c].
@@ -296,7 +296,7 @@ def _centers(place: F64, count: int) -> F32:
 
 
 def _spacing(centers: F32) -> float:
-    """Root mean square distance of each centre to the nearest other; 1 of a single one."""
+    """Root mean square distance of each center to the nearest other; 1 of a single one."""
     if len(centers) < 2:
         return 1.0
     squares = ((centers[:, None].astype(np.float64) - centers) ** 2).sum(axis=2)
@@ -305,6 +305,6 @@ def _spacing(centers: F32) -> float:
 
 
 def _root_mean(samples: Samples, values: F64) -> float:
-    """Of values [n, C], over strokes and colour channels."""
+    """Of values [n, C], over strokes and color channels."""
     total = samples.weights[:, :3].sum()
     return float(np.sqrt((samples.weights * values**2).sum() / total)) if total > 0 else 0.0

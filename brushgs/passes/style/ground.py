@@ -1,6 +1,6 @@
-"""A painting -> the colour of what it is painted on, where there is evidence that it shows between marks.
+"""A painting -> the color of what it is painted on, where there is evidence that it shows between marks.
 
-A ground has one colour, shows in small pieces all over the picture, and these have the shape of what marks
+A ground has one color, shows in small pieces all over the picture, and these have the shape of what marks
 leave open, not of marks: they are no convex patches. Where one of these is missing nothing is claimed.
 """
 
@@ -13,11 +13,11 @@ from brushgs.values.arrays import F32, F64, Mask
 from brushgs.values.colors import rgb_of_oklab
 
 MOST_SIDE = 512  # pixels
-BIN = 0.02  # of colours, OKLab
-NEAR = 0.025  # of the colour of a ground: what belongs to it
+BIN = 0.02  # of colors, OKLab
+NEAR = 0.025  # of the color of a ground: what belongs to it
 AROUND = 0.06
 LEAST_SHARE, MOST_SHARE = 0.02, 0.7  # of the picture
-# Of what lies within `AROUND` of it lies within `NEAR`: a colour among others of a ramp has 0.4, the
+# Of what lies within `AROUND` of it lies within `NEAR`: a color among others of a ramp has 0.4, the
 # ends of one 0.6 to 0.73, grounds 0.82 to 0.89. Edges,
 # where it mixes with paint, take the rest.
 PEAKED = 0.78
@@ -29,7 +29,7 @@ LEAST_PIECE, MOST_PIECES = 12, 200  # pixels of a piece, and how many are looked
 
 
 def find_ground(rgb: F32) -> F64 | None:
-    """The colour [3] of the ground of a painting [H, W, 3], display-encoded; None without evidence."""
+    """The color [3] of the ground of a painting [H, W, 3], display-encoded; None without evidence."""
     lab = oklab_planes(averaged(rgb, MOST_SIDE))
     for color in _frequent(lab):
         distance = np.sqrt(((lab - color[:, None, None]) ** 2).sum(axis=0))
@@ -44,7 +44,7 @@ def find_ground(rgb: F32) -> F64 | None:
 
 
 def _frequent(lab: F32) -> F64:
-    """The most frequent colours, [n, 3]."""
+    """The most frequent colors, [n, 3]."""
     places = np.floor(lab.reshape(3, -1) / BIN).astype(np.int64)
     places -= places.min(axis=1, keepdims=True)
     sizes = places.max(axis=1) + 1
@@ -56,7 +56,7 @@ def _frequent(lab: F32) -> F64:
 
 
 def _cells_with(is_near: Mask) -> float:
-    """Share of the cells of the picture in which a colour shows."""
+    """Share of the cells of the picture in which a color shows."""
     rows, columns = (np.array_split(np.arange(n), CELLS) for n in is_near.shape)
     shares = [is_near[np.ix_(row, column)].mean() for row in rows for column in columns]
     return float(np.mean(np.array(shares) >= IN_CELL))

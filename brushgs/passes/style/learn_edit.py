@@ -1,10 +1,10 @@
 """Two states of a scene -> the edit between them, as a style that any scene can take.
 
-    pairs of colours -> the simplest affine map -> what it leaves, by features of strokes
+    pairs of colors -> the simplest affine map -> what it leaves, by features of strokes
 
-What is learnt must hold where the scene it is learnt from says nothing: so the affine map is the simplest
+What is learned must hold where the scene it is learned from says nothing: so the affine map is the simplest
 that explains most of it, and a residual enters only if it explains parts of the scene that it was not fitted
-to. Both are weakened to what they are worth for colours that they were not fitted to.
+to. Both are weakened to what they are worth for colors that they were not fitted to.
 """
 
 from dataclasses import dataclass
@@ -27,22 +27,22 @@ from brushgs.values.style import StyleEdit
 MOST_ROWS = 10_000  # that an edit is fitted to
 SECTORS = 12  # around up, of which every fourth is held out at a time
 LARGEST_SHARE = 0.99  # quantile of weights that larger ones are reduced to
-NUM_BLOCKS = 12  # of colours, of which every fourth is held out at a time
+NUM_BLOCKS = 12  # of colors, of which every fourth is held out at a time
 SAME_SIZE = 1e-3  # of a log size: rounding
-LOG_SIZE_WEIGHT = 0.3  # a log size counts like so much of a colour
+LOG_SIZE_WEIGHT = 0.3  # a log size counts like so much of a color
 
 
 @dataclass(frozen=True, eq=False)
 class LearntEdit:
-    """An edit and how well it explains what it was learnt from.
+    """An edit and how well it explains what it was learned from.
 
     Attributes:
-        edit: what was learnt.
+        edit: what was learned.
         num_pairs: Gaussians whose states were compared.
-        changed: root mean square difference of colours before and after.
+        changed: root mean square difference of colors before and after.
         left: that which the affine map leaves.
         held_out: that which remains with the bumps, in parts of the scene that they were not fitted to.
-        kept: 0 to 1, the share of the best affine map that is in the edit: what it is worth for colours that
+        kept: 0 to 1, the share of the best affine map that is in the edit: what it is worth for colors that
             it was not fitted to.
         bumps_kept: the same of the bumps.
     """
@@ -59,7 +59,7 @@ class LearntEdit:
 def learn_edit(
     before: Gaussians, after: Gaussians, first_view: FirstView, *, num_bumps: int | None = None
 ) -> LearntEdit:
-    """Learn what was done to the colours and sizes of a scene.
+    """Learn what was done to the colors and sizes of a scene.
 
     Args:
         before: the scene.
@@ -94,12 +94,12 @@ def learn_from_colors(
     log_steps: F64 | None = None,
     num_bumps: int | None = None,
 ) -> LearntEdit:
-    """Learn an edit from colours of some Gaussians, however they are known.
+    """Learn an edit from colors of some Gaussians, however they are known.
 
     Args:
         scene: N Gaussians before the edit.
         rows: [n] n >= 1 of these.
-        before: [n, 3] their colours before the edit.
+        before: [n, 3] their colors before the edit.
         after: [n, 3] and after it.
         weights: [n] >= 0, how much each says.
         first_view: of the scene.
@@ -172,6 +172,6 @@ def _sectors(means: Array, first_view: FirstView) -> Rows:
 
 
 def _color_blocks(colors: F64) -> Rows:
-    """[n] parts of the colours [n, 3]: clusters, so that each that is held out lies apart from the others."""
+    """[n] parts of the colors [n, 3]: clusters, so that each that is held out lies apart from the others."""
     labels = lloyd(colors.astype(np.float32), np.ones(len(colors)), NUM_BLOCKS).labels
     return np.asarray(labels % NUM_FOLDS, np.intp)

@@ -1,8 +1,8 @@
 """A painting -> its marks: which way they run, how long and wide they are, how far they differ, and images.
 
 Everything is measured on the picture alone, in a second or two: directions by the structure tensor
-(`mark_directions`), sizes by how fast colours change along and across them (`sizes`), the ground where
-there is evidence of it (`ground`), images of single marks (`cut`), and marks with their colours
+(`mark_directions`), sizes by how fast colors change along and across them (`sizes`), the ground where
+there is evidence of it (`ground`), images of single marks (`cut`), and marks with their colors
 (`dictionary`). The relief stays 0, not known: light
 on ridges could not be told from what is painted. The skewness of slopes, which lit ridges have, differs by
 0.2 to 1 between relief 0 and 1 of a scene, and by 1 and more from scene to scene.

@@ -1,7 +1,7 @@
-"""A painting -> its palette: a handful of named colours, and what of the painting is around each.
+"""A painting -> its palette: a handful of named colors, and what of the painting is around each.
 
-Pixels are sampled at even steps of opacity, clustered in OKLab, and every cluster is given by colours that
-stand for equal parts of it: a tree of halves with one pixel of each leaf, so that rare colours and tails are
+Pixels are sampled at even steps of opacity, clustered in OKLab, and every cluster is given by colors that
+stand for equal parts of it: a tree of halves with one pixel of each leaf, so that rare colors and tails are
 there in their share.
 """
 
@@ -14,11 +14,11 @@ from brushgs.values.style import NamedColor, StylePalette
 
 MOST_COLORS, FEWEST_COLORS = 8, 5
 NUM_PIXELS = 1 << 16  # looked at of larger paintings
-NUM_SAMPLES, FEWEST_SAMPLES = 768, 12  # of the palette, and of each colour: 6 bytes each in a file
+NUM_SAMPLES, FEWEST_SAMPLES = 768, 12  # of the palette, and of each color: 6 bytes each in a file
 # OKLab as clusters see it: chroma spans a third of the range of lightness, and names go by hue.
 CHROMA_WEIGHT = 2.0
-NEAR = 0.075  # in that space: two colours nearer than this are one, if there are enough without
-REACH = 0.12  # OKLab: of the colours of a painting that are near to another one
+NEAR = 0.075  # in that space: two colors nearer than this are one, if there are enough without
+REACH = 0.12  # OKLab: of the colors of a painting that are near to another one
 _ROUNDS = 20
 _SEED = 20160
 
@@ -27,11 +27,11 @@ def learn_palette(image: Array) -> StylePalette:
     """The palette of a painting.
 
     Args:
-        image: [H, W, C] as `read_image` returns it: grey or RGB, with or without alpha; what is transparent
+        image: [H, W, C] as `read_image` returns it: gray or RGB, with or without alpha; what is transparent
             does not count.
 
     Returns:
-        5 to 8 colours, the most frequent first, fewer where there are not so many different ones. Equal
+        5 to 8 colors, the most frequent first, fewer where there are not so many different ones. Equal
         paintings give equal palettes.
 
     Raises:
@@ -61,7 +61,7 @@ def learn_palette(image: Array) -> StylePalette:
 
 
 def _sampled_pixels(image: Array, rng: np.random.Generator) -> F64:
-    """[n, 3] colours of pixels at even steps of the sum of alpha."""
+    """[n, 3] colors of pixels at even steps of the sum of alpha."""
     rgb, alpha = split_alpha(image.reshape(-1, image.shape[-1]))
     if alpha is None:
         alpha = np.ones(len(rgb), np.float32)
@@ -76,7 +76,7 @@ def _sampled_pixels(image: Array, rng: np.random.Generator) -> F64:
 
 
 def _clusters(lab: F64) -> Rows:
-    """[n] the cluster of each colour: bisected where the spread is largest, refined, near ones joined."""
+    """[n] the cluster of each color: bisected where the spread is largest, refined, near ones joined."""
     labels = np.zeros(len(lab), np.intp)
     for new in range(1, MOST_COLORS):
         spreads = [_spread(lab[labels == label]) for label in range(new)]
@@ -142,9 +142,9 @@ def _representatives(lab: F64, rows: Rows, count: int, rng: np.random.Generator)
 
 
 def nearest_color(palette: StylePalette, rgb: F64) -> F64:
-    """A colour [3] of a painting that is near to another one [3].
+    """A color [3] of a painting that is near to another one [3].
 
-    It is the mean of the painting's colours, weighted by how near they are in OKLab and how much of it they
+    It is the mean of the painting's colors, weighted by how near they are in OKLab and how much of it they
     cover.
     """
     samples = np.clip(palette.samples, 0, 1)

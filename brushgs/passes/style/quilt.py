@@ -1,6 +1,6 @@
-"""The calm parts of a painting -> a map of colours and directions that closes around.
+"""The calm parts of a painting -> a map of colors and directions that closes around.
 
-Blocks of colours and directions, averaged over cells of about 1 % of the height, are laid side by side, each
+Blocks of colors and directions, averaged over cells of about 1 % of the height, are laid side by side, each
 from about the same height of the painting, mirrored or not, where it fits best what lies there. Columns are
 taken modulo the width, so the last blocks fit the first ones and there is no seam.
 Source: Efros and Freeman 2001, Image quilting for texture synthesis and transfer.
@@ -67,7 +67,7 @@ def _resized(field: F64, columns: int) -> F64:
 
 
 def quilted(field: F64, calm: F64, *, seed: int = _SEED) -> F64:
-    """[ROWS, COLUMNS, 5] a field [ROWS, w, 5] of colours and directions, continued all around.
+    """[ROWS, COLUMNS, 5] a field [ROWS, w, 5] of colors and directions, continued all around.
 
     Args:
         field: OKLab and directions, w >= `BLOCK`.

@@ -1,4 +1,4 @@
-"""A painting -> how long and how wide its marks are, and how far they differ in colour.
+"""A painting -> how long and how wide its marks are, and how far they differ in color.
 
 What a painting depicts is coarser than its marks, and goes on varying at any distance. So the picture is
 high-passed: its blur at 3 % of the shorter side is taken off. Of what is left, the correlation of two points
@@ -189,7 +189,7 @@ def _samples(flow: Array, short: float) -> _Samples:
 
 
 def _correlations(fine: Array, samples: _Samples, angles: F64, distances: F64) -> F64:
-    """[K, n] scalar products of the colours at places and at a distance from them, the mean of both ways."""
+    """[K, n] scalar products of the colors at places and at a distance from them, the mean of both ways."""
     here = _colors(fine, samples.x, samples.y)
     found = np.empty((len(distances), here.shape[1]))
     step_x, step_y = np.cos(angles), np.sin(angles)

@@ -1,12 +1,12 @@
-"""The paint of a scene -> the palette of a painting: a smooth map of colours that keeps structure.
+"""The paint of a scene -> the palette of a painting: a smooth map of colors that keeps structure.
 
-Colours are split into luma and two differences of chroma, all linear in display-encoded RGB. Structure is in
+Colors are split into luma and two differences of chroma, all linear in display-encoded RGB. Structure is in
 luma: so luma after depends on luma before alone, by a rising curve whose slope is bounded, fitted to match
 the quantiles of the painting. Chroma is free: samples of the scene's paint, at their new luma, are carried to
-the painting's by sliced optimal transport, and a smooth function of colour is fitted to where they arrived:
-an affine map and a sum of wide Gaussian bumps, by ridge regression. Equal colours stay equal, and what is
+the painting's by sliced optimal transport, and a smooth function of color is fitted to where they arrived:
+an affine map and a sum of wide Gaussian bumps, by ridge regression. Equal colors stay equal, and what is
 noise in the transport is none in the map.
-Sources: Pitie, Kokaram and Dahyot 2007, Automated colour grading using colour distribution transfer;
+Sources: Pitie, Kokaram and Dahyot 2007, Automated color grading using color distribution transfer;
 Rabin et al. 2011, Wasserstein barycenter and its application to texture mixing; Bonneel et al. 2015.
 """
 
@@ -30,13 +30,13 @@ ROUNDS, DIRECTIONS = 24, 16  # of the sliced transport
 NUM_BUMPS = 96
 WIDTHS = 0.20, 0.10  # of the bumps: luma, chroma
 # Of the bumps, against a mean of squares: the first with which the map stretches differences of the paint's
-# colours at most so much. More would turn the noise of a grey scene into confetti.
+# colors at most so much. More would turn the noise of a gray scene into confetti.
 RIDGES = 0.004, 0.016, 0.064, 0.25, 1.0
 MOST_STRETCH = 9.0
 PURE = 0.95  # share of a painting that is less pure than its limit of chroma
 LEAST_CHROMA = 0.012  # OKLab: limit of chroma, about 4 of CIE, below which a painting is black and white
 KNEE = 0.7  # of a limit of chroma, from which on it is approached
-INK_EDGE = 0.03  # OKLab: how soft the change is from one colour of a print to the next
+INK_EDGE = 0.03  # OKLab: how soft the change is from one color of a print to the next
 AFFINE_RIDGE = 1e-4  # of the slopes of chroma, and the largest of them, for the same reason
 MOST_SLOPE = 3.0
 _SEED = 20161
@@ -48,7 +48,7 @@ _JOIN = np.linalg.inv(_SPLIT)
 
 @dataclass(frozen=True, eq=False)
 class PaletteMap:
-    """The colours of a scene -> those of a painting, a `ColorMap`.
+    """The colors of a scene -> those of a painting, a `ColorMap`.
 
     Attributes:
         knots: [K] luma before, rising, evenly spaced.
@@ -110,7 +110,7 @@ class ChromaLimit:
     """A limit of chroma that is approached smoothly, a `ColorMap`; lightness and hue stay.
 
     Attributes:
-        most: OKLab chroma; 0 gives greys.
+        most: OKLab chroma; 0 gives grays.
     """
 
     most: float
@@ -137,10 +137,10 @@ class ChromaLimit:
 
 @dataclass(frozen=True, eq=False)
 class FlatColors:
-    """Tones of a print: each goes most of the way to that of the nearest of a few colours, a `ColorMap`.
+    """Tones of a print: each goes most of the way to that of the nearest of a few colors, a `ColorMap`.
 
     Smooth, so that tones between two of them do not jump. Hue and chroma stay: a print has more of both than
-    a few colours tell.
+    a few colors tell.
 
     Attributes:
         inks: [K, 3] OKLab.
@@ -167,7 +167,7 @@ class FlatColors:
 
 
 def flat_colors(style: Style, share: float = 1.0) -> FlatColors:
-    """The colours of a painting, as far as it is a print.
+    """The colors of a painting, as far as it is a print.
 
     Args:
         style: with a palette.
@@ -187,11 +187,11 @@ def most_chroma(palette: StylePalette) -> float:
 
 
 def palette_map(palette: StylePalette, rgb: Array, weights: Array) -> ColorMap:
-    """The map that gives the paint of a scene the colours of a painting.
+    """The map that gives the paint of a scene the colors of a painting.
 
     Args:
         palette: of the painting.
-        rgb: [N, 3] colours of the scene's paint, display-encoded.
+        rgb: [N, 3] colors of the scene's paint, display-encoded.
         weights: [N] >= 0, how much of it each is, see `brushgs.passes.color.recolor.painted_weights`.
 
     Raises:
@@ -205,7 +205,7 @@ def palette_map(palette: StylePalette, rgb: Array, weights: Array) -> ColorMap:
         return Affine(np.eye(3), np.zeros(3))
     rng = np.random.default_rng(_SEED)
     source = _even(np.asarray(rgb, np.float64), np.asarray(weights, np.float64), rng) @ _SPLIT.T
-    samples = np.clip(palette.samples, 0, 1)  # an artist may have moved a colour to the border
+    samples = np.clip(palette.samples, 0, 1)  # an artist may have moved a color to the border
     target = _even(samples, palette.weights, rng) @ _SPLIT.T
     knots, lumas = _luma_curve(source[:, 0], target[:, 0])
     start = PaletteMap(knots, lumas, np.zeros((2, 4)), np.zeros((0, 3)), np.zeros((0, 2)))
@@ -220,7 +220,7 @@ def palette_map(palette: StylePalette, rgb: Array, weights: Array) -> ColorMap:
 
 
 def _even(colors: F64, weights: F64, rng: np.random.Generator) -> F64:
-    """[S, 3] colours that stand for equal weights."""
+    """[S, 3] colors that stand for equal weights."""
     order = np.argsort(colors @ LUMINANCE, kind="stable")
     sums = np.cumsum(weights[order])
     places = (np.arange(NUM_SAMPLES) + 0.5) / NUM_SAMPLES * sums[-1]
@@ -270,7 +270,7 @@ def _transported(source: F64, target: F64, rng: np.random.Generator) -> F64:
 
 
 def _fitted(source: F64, arrived: F64, ridge: float) -> tuple[F64, F64, F64]:
-    """The affine part, the centres and the weights of the bumps: see `PaletteMap`."""
+    """The affine part, the centers and the weights of the bumps: see `PaletteMap`."""
     mean, goal = source.mean(axis=0), arrived.mean(axis=0)
     away = source - mean
     scatter = away.T @ away / len(source) + AFFINE_RIDGE * np.eye(3)
@@ -291,7 +291,7 @@ def _widths() -> F64:
 
 
 def _bumps(split: F64, centers: F64) -> F64:
-    """[M, B] height of each bump at each colour."""
+    """[M, B] height of each bump at each color."""
     one, other = split / _widths(), centers / _widths()
     squares = (one**2).sum(axis=1)[:, None] + (other**2).sum(axis=1) - 2 * one @ other.T
     return np.asarray(np.exp(-0.5 * np.maximum(squares, 0)))

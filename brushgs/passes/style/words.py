@@ -1,8 +1,8 @@
-"""A painting, a scene or its strokes -> the words that fit: colours, light, marks, each with its figure.
+"""A painting, a scene or its strokes -> the words that fit: colors, light, marks, each with its figure.
 
-All of it is computed from colours and shapes, by thresholds that stand below: there is no model of language,
+All of it is computed from colors and shapes, by thresholds that stand below: there is no model of language,
 nothing is known of what is depicted. A word fits by 1/2 at its threshold, and by more beyond; the words of
-one scale are its two ends, so at most one of them fits. Colours are OKLab; lengths are shares of the shorter
+one scale are its two ends, so at most one of them fits. Colors are OKLab; lengths are shares of the shorter
 side of the picture.
 """
 
@@ -25,10 +25,10 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.style import Style, StyleMarks, StylePalette
 
 FITS = 0.5  # from which on a word fits
-LARGE_SHARE = 0.2  # of a painting: a colour that large fits by 1/2
-SMALL_SHARE = 0.04  # a colour below is not named
+LARGE_SHARE = 0.2  # of a painting: a color that large fits by 1/2
+SMALL_SHARE = 0.04  # a color below is not named
 WARMEST = np.radians(65.0)  # hue between orange and yellow
-GREY = 0.02  # chroma to which warmth and number of hues do not speak of what is coloured
+GREY = 0.02  # chroma to which warmth and number of hues do not speak of what is colored
 NUM_COLORS = 1 << 14  # by which the strokes of a scene are looked at
 NUM_NEIGHBORS = 6  # beside a stroke, in the picture
 MOST_SEEN = 0.9  # of a picture: the strokes that make up so much of it are its marks, the rest lies behind
@@ -41,7 +41,7 @@ class Word:
 
     Attributes:
         word: such as "muted".
-        fit: 1/2 to 1, or for a colour share / (share + `LARGE_SHARE`).
+        fit: 1/2 to 1, or for a color share / (share + `LARGE_SHARE`).
         figure: what it is judged by, such as "mean chroma".
         value: of the figure.
     """
@@ -156,7 +156,7 @@ def words_of_strokes(strokes: Gaussians, camera: Camera, *, num_threads: int | N
 
 
 def _of_colors(palette: StylePalette) -> list[Word]:
-    """Names of colours, light and colour as a whole."""
+    """Names of colors, light and color as a whole."""
     found: list[Word] = []
     shares: dict[str, float] = {}
     for color in palette.colors:
@@ -203,7 +203,7 @@ def _of_directions(pairs: F64, beside: F64) -> list[Word]:
 
     Args:
         pairs: [n, 2] twice the angle, times how much it counts.
-        beside: [n, 2] the sum of those of the neighbours.
+        beside: [n, 2] the sum of those of the neighbors.
     """
     clear = np.linalg.norm(pairs, axis=1)
     total = float(clear.sum())
@@ -234,7 +234,7 @@ def _neighbors(centers: F64) -> np.ndarray:
 
 
 def _sampled(colors: F64, weights: F64) -> F64:
-    """[S, 3] colours, each as often as it weighs: at even steps through the sum of weights."""
+    """[S, 3] colors, each as often as it weighs: at even steps through the sum of weights."""
     total = np.cumsum(weights)
     places = (np.arange(NUM_COLORS) + 0.5) / NUM_COLORS * total[-1]
     return np.asarray(colors[np.searchsorted(total, places)])

@@ -48,7 +48,7 @@ class WhereContext:
 
     Attributes:
         first_view: of the scene; needed if `Where.needs_subject`, and for soft edges.
-        soft: width of edges as a share of the subject's size, half to each side; for colours a distance in
+        soft: width of edges as a share of the subject's size, half to each side; for colors a distance in
             RGB. 0 for hard edges: memberships are 0 or 1.
         open_masks: the views of a file or folder of painted masks, needed by terms `mask:`.
         relevance: how well each of N Gaussians matches words, 0 to 1, inside from 1/2 on; needed by terms

@@ -14,7 +14,7 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, shift_base_colors
 
 LEAST_SEEN = 0.01  # pixels: the view does not show Gaussians with a smaller visible area
-NEUTRAL = 0.005  # distance from 1 up to which a factor is 1: 8 bits have no exact middle grey
+NEUTRAL = 0.005  # distance from 1 up to which a factor is 1: 8 bits have no exact middle gray
 
 
 def picture_values(
@@ -82,7 +82,7 @@ def apply_factors(strokes: Gaussians, name: str, factors: F64) -> Gaussians:
 
     Args:
         strokes: k strokes.
-        name: "size", "opacity" or "chroma" (OKLab, of the view-independent colour).
+        name: "size", "opacity" or "chroma" (OKLab, of the view-independent color).
         factors: [k] >= 0; for opacities at most 1.
     """
     dtype = strokes.means.dtype

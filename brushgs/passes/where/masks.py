@@ -1,7 +1,7 @@
 """Painted masks of a scene select Gaussians: those in white pixels.
 
 Each Gaussian takes the mean of the masks over its pixels, by blending weight. Trust depends on visibility;
-hardly visible Gaussians take the value of their neighbours on the same surface, see `settle`.
+hardly visible Gaussians take the value of their neighbors on the same surface, see `settle`.
 """
 
 from collections.abc import Sequence
@@ -68,7 +68,7 @@ def mask_votes(gaussians: Gaussians, views: Sequence[MaskView], *, num_threads: 
 def _areas(gaussians: Gaussians, view: MaskView) -> tuple[F64, F64]:
     """[N] area of each Gaussian in a view without occlusion, pixels.
 
-    First the full area; then the area times the weight at its centre, for invisible Gaussians: they may be
+    First the full area; then the area times the weight at its center, for invisible Gaussians: they may be
     hidden, or the mask has no weight there.
     """
     camera = view.camera

@@ -1,7 +1,7 @@
-"""Connected parts of a scene: Gaussians linked by neighbours within a few of their own sizes.
+"""Connected parts of a scene: Gaussians linked by neighbors within a few of their own sizes.
 
 The unit of the scene does not matter, and neither does how dense it is: two Gaussians are linked where the
-gap between their centres is at most `REACH` of their sizes along the line between them.
+gap between their centers is at most `REACH` of their sizes along the line between them.
 """
 
 import numpy as np

@@ -1,11 +1,11 @@
-"""Spread values of some Gaussians to all: neighbours of one surface and one colour agree.
+"""Spread values of some Gaussians to all: neighbors of one surface and one color agree.
 
 Masks say little about hidden Gaussians. If a table shows through the cloth on it, it is slightly visible in
-pixels of the cloth; the rest of the table is more reliable. So values minimise
+pixels of the cloth; the rest of the table is more reliable. So values minimize
 
-    sum over i of trust_i d_i (x_i - value_i)^2 + SMOOTH / 2 x sum over neighbours of w_ij (x_i - x_j)^2
+    sum over i of trust_i d_i (x_i - value_i)^2 + SMOOTH / 2 x sum over neighbors of w_ij (x_i - x_j)^2
 
-where w decreases with the distance in standard deviations of both, and with the difference of colour, and d_i
+where w decreases with the distance in standard deviations of both, and with the difference of color, and d_i
 is the sum of the w of a Gaussian: a random walk from each to trusted values.
 Source: Grady 2006, Random Walks for Image Segmentation (with trusted values in place of seeds).
 """
@@ -25,16 +25,16 @@ THINNEST = 0.1  # of a Gaussian's largest scale: minimum thickness here, so that
 LEAST = 1e-6  # weight: no Gaussian is alone
 SMOOTH = 0.1  # at 1 the bowl takes the value of its content
 TOLERANCE, MOST_STEPS = 1e-5, 300  # of conjugate gradients
-_ROWS_AT_A_TIME = 1 << 16  # whose neighbours take some 100 MB
+_ROWS_AT_A_TIME = 1 << 16  # whose neighbors take some 100 MB
 
 
 def settle(gaussians: Gaussians, values: F64, trust: F64) -> F64:
-    """Values with agreement between neighbours of one surface.
+    """Values with agreement between neighbors of one surface.
 
     Args:
         gaussians: N Gaussians.
         values: [N].
-        trust: [N] >= 0, 1 where a value counts ten times as much as all neighbours together.
+        trust: [N] >= 0, 1 where a value counts ten times as much as all neighbors together.
 
     Returns:
         [N] between the least and the highest value. Does not depend on the unit of the scene.
@@ -57,7 +57,7 @@ def settle(gaussians: Gaussians, values: F64, trust: F64) -> F64:
 
 
 def _links(gaussians: Gaussians):  # type: ignore[no-untyped-def]  # scipy.sparse has no types
-    """Sparse symmetric [N, N] weights of neighbours."""
+    """Sparse symmetric [N, N] weights of neighbors."""
     from scipy.sparse import coo_matrix
 
     num = len(gaussians)

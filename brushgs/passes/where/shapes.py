@@ -1,4 +1,4 @@
-"""Signed distances from the surfaces of boxes, balls, half spaces and colours; above 0 inside."""
+"""Signed distances from the surfaces of boxes, balls, half spaces and colors; above 0 inside."""
 
 import numpy as np
 

@@ -32,8 +32,8 @@ CANONICAL = ("object", "things", "stuff", "texture")  # fit anything; of LERF
 SHARPNESS = 10.0  # factor on cosines before comparison, from LERF; without effect on a relevance of 1/2
 VIEW = 448  # pixels: views are square, like the windows of CLIP; `small_view` sets the size
 SCALES = (1.0, 2.0)  # shorter side of the picture in windows: the whole, and parts
-BACKGROUND = 0.5  # grey behind a scene: near the mean of the training pictures of models
-SEEN = 0.05  # pixels over all views; Gaussians with less take the value of their nearest visible neighbour
+BACKGROUND = 0.5  # gray behind a scene: near the mean of the training pictures of models
+SEEN = 0.05  # pixels over all views; Gaussians with less take the value of their nearest visible neighbor
 
 
 class Encoder(Protocol):
