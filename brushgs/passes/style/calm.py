@@ -1,10 +1,9 @@
-"""A painting -> what surrounds its subject: its calm parts, without anything that stands in them.
+"""The calm parts of a painting, without its figures: what a stage around a subject is made of.
 
-A color is calm where more than half of the painting's width and a side of it have it at about the same
-height, and where it is connected to the border. A tree, a moon, a figure or a face has colors that few places
-of the width have, or none of the sides, or is cut off from the border. Its place is filled from what is
-around it, so no color of it is left. Nor is calm what changes fast from place to place at one height, as
-foam, leaves and crowds do.
+A color is calm if it occurs at about the same height across more than half of the painting's width and at one
+of its sides, and if it is connected to the border. Trees, moons, figures and faces fail one of these tests;
+their place is filled from around them, so that none of their color is left. Places whose color varies fast
+along a row, such as foam, leaves and crowds, are not calm either.
 """
 
 import numpy as np
@@ -13,32 +12,32 @@ from scipy.spatial import cKDTree
 
 from brushgs.values.arrays import F64, Mask
 
-PARTS, LEAST_PARTS = 10, 6  # upright parts of a painting, and in how many of them a calm color is
-HEIGHT = 0.25  # OKLab: how much a color differs from the same a whole height of the painting away
-NEIGHBORS = 5  # cells of a part that must have a color
-SIDE = 0.12  # of the width: what counts as a side
-EDGE = 0.04  # of the width and the height: what counts as border
-# OKLab distances up to which a color is the same: the first by which enough of the painting is calm.
+PARTS, LEAST_PARTS = 10, 6  # vertical strips of a painting; how many of them must contain a calm color
+HEIGHT = 0.25  # OKLab: weight of the height, as the color difference between top and bottom
+NEIGHBORS = 5  # cells of a strip that must have a color
+SIDE = 0.12  # share of the width that counts as a side
+EDGE = 0.04  # share of width and height that counts as the border
+# OKLab distances up to which colors count as equal: the first that makes enough of the painting calm is used.
 TOLERANCES = (0.04, 0.05, 0.065, 0.085, 0.11)
 ENOUGH = 0.3
 SMOOTH = 1.0  # cells
-# Deviation of colors along a row, OKLab, up to which it is calm: of paint, of a print, whose areas are flat,
-# and where too little is calm so. Swirls of paint have 0.03 to 0.05, foam and crowds 0.06 and more.
+# Largest deviation of colors along a calm row, OKLab: for paint, for a print (its areas are flat), and for
+# when too little is calm otherwise. Swirls of paint have 0.03 to 0.05, foam and crowds 0.06 and more.
 QUIET, QUIET_PRINT, LESS_QUIET = 0.06, 0.045, 0.08
 ENOUGH_QUIET = 0.2
-ALONG, ROWS_NEAR = 3.0, 2.0  # cells: standard deviations of the place whose deviation it is
-LEAST_QUIET = 2  # cells: half of the least side of a quiet place
-OUTLINE = 2  # cells beside a figure that have something of it
-FILLS = (1.5, 3.0, 6.0, 12.0, 24.0, 48.0)  # cells: blurs by which gaps are filled, the narrowest that reaches
-REACHES = 0.02  # weight from which a blur reaches a place
+ALONG, ROWS_NEAR = 3.0, 2.0  # cells: standard deviations of the window in which the deviation is measured
+LEAST_QUIET = 2  # cells: half of the shorter side of the smallest quiet place
+OUTLINE = 2  # cells beside a figure that contain some of its color
+FILLS = (1.5, 3.0, 6.0, 12.0, 24.0, 48.0)  # cells: blurs for gaps; the narrowest that reaches is used
+REACHES = 0.02  # weight from which a blur counts as reaching a cell
 
 
 def calm_cells(lab: F64, flatness: float = 0.0) -> Mask:
-    """[h, w] the cells of a painting that belong to its surroundings.
+    """Mask [h, w] of the cells of a painting that belong to its calm surroundings.
 
     Args:
         lab: [h, w, 3] OKLab.
-        flatness: how far it is a print, 0 to 1.
+        flatness: how much the painting is a print, 0 to 1.
     """
     height, width = lab.shape[:2]
     smooth = np.stack([gaussian_filter(lab[..., k], SMOOTH) for k in range(3)], axis=-1)
@@ -74,14 +73,14 @@ def calm_cells(lab: F64, flatness: float = 0.0) -> Mask:
 
 
 def _deviation(lab: F64) -> F64:
-    """[h, w] how far colors [h, w, 3] differ from those beside them at the same height, OKLab."""
+    """[h, w] difference of colors [h, w, 3] from those beside them in the same row, OKLab."""
     means = gaussian_filter1d(lab, ALONG, axis=1)
     squares = gaussian_filter1d(((lab - means) ** 2).sum(axis=2), ALONG, axis=1)
     return np.asarray(np.sqrt(gaussian_filter1d(squares, ROWS_NEAR, axis=0)))
 
 
 def filled(values: F64, known: Mask) -> F64:
-    """Fields [h, w, k] that are kept where they are known, and elsewhere go on smoothly from there."""
+    """Fields [h, w, k] with unknown cells filled by smooth continuation; known cells stay."""
     found, is_open = np.where(known[..., None], values, 0.0), ~known
     weights = known.astype(np.float64)
     start = found.copy()

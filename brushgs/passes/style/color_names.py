@@ -1,7 +1,7 @@
-"""Plain names of colors, as a painter would call them: "deep blue", "warm gray", "ochre".
+"""Plain names of colors, as painters use them: "deep blue", "warm gray", "ochre".
 
-By lightness L, chroma C and hue of OKLab. The families and their limits were set by looking at charts of
-them; a name says where a color is, not which pigment it is.
+Names follow from lightness L, chroma C and hue in OKLab. The families and their limits were set by looking at
+charts of them; a name describes a color, not a pigment.
 """
 
 import numpy as np
@@ -9,9 +9,9 @@ import numpy as np
 from brushgs.values.arrays import F64
 from brushgs.values.colors import oklab_of
 
-_GREY, _TINTED = 0.008, 0.034  # chroma up to which a color is gray, and a warm or cool gray
-_WARM = (0.0, 125.0)  # degrees of hue; from 340 on too
-# First degree of each family of hues; those below the first belong to the last.
+_GREY, _TINTED = 0.008, 0.034  # largest chroma of a gray, and of a warm or cool gray
+_WARM = (0.0, 125.0)  # degrees of hue; from 340 on as well
+# First degree of hue of each family; hues below the first belong to the last family.
 _HUES = (
     *((10, "red"), (42, "orange"), (70, "gold"), (98, "yellow"), (117, "yellow-green"), (133, "green")),
     *((164, "teal"), (212, "sky blue"), (245, "blue"), (281, "violet"), (308, "purple"), (342, "crimson")),
@@ -22,7 +22,7 @@ _PALES = {"red": "pink", "orange": "peach", "gold": "cream", "yellow": "cream", 
 
 
 def color_name(rgb: F64) -> str:
-    """The name of a display-encoded color [3], 0 to 1; values beyond are taken as they are."""
+    """The name of a display-encoded color [3], 0 to 1; values outside the range are not clipped."""
     lightness, a, b = oklab_of(np.asarray(rgb, np.float64)[None])[0]
     chroma, hue = float(np.hypot(a, b)), float(np.degrees(np.arctan2(b, a)) % 360)
     if chroma < _TINTED * min(1.0, 0.4 + float(lightness)):
@@ -32,7 +32,7 @@ def color_name(rgb: F64) -> str:
 
 
 def color_names(colors: F64) -> list[str]:
-    """Names of several colors [k, 3], all different: equal ones are told apart by tone, then by number."""
+    """Distinct names of several colors [k, 3]: equal names are told apart by tone, then by number."""
     plain = [color_name(rgb) for rgb in colors]
     lightness = oklab_of(np.asarray(colors, np.float64))[:, 0]
     names = list(plain)

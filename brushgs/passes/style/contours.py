@@ -1,6 +1,6 @@
-"""A painting -> its dark contours: how wide they are, in which color, and how much of it they are.
+"""The dark contours of a painting: their width, their color, and their share of it.
 
-A contour is what a closing of the lightness by a disc fills, and is long: a dark ridge, not a spot.
+A contour is a long dark ridge: what a closing of the lightness with a disc fills, spots excluded.
 """
 
 import numpy as np
@@ -12,18 +12,18 @@ from brushgs.values.arrays import F64, Array
 from brushgs.values.colors import rgb_of_oklab
 from brushgs.values.style import StyleLines, StyleMarks
 
-MOST_SIDE = 768  # pixels of a painting
-WIDTHS = (1.0, 1.7, 3.0)  # of a mark, of the disc
-LEAST_DISC, WIDEST = 3, 0.027  # pixels, and share of the longer side, of the disc
-DARKER = 0.1  # OKLab lightness by which a contour is darker than both of its sides
-LEAST_SHARE = 0.1  # of the painting
-LONG = 6.0  # lengths over widths of a ridge
-DARKEST = 0.4  # share of the ridges that counts for their color: what is between is paint of both sides
-MOST_LIGHT = 0.55  # OKLab lightness of contours
+MOST_SIDE = 768  # pixels: larger paintings are averaged
+WIDTHS = (1.0, 1.7, 3.0)  # disc widths to try, in widths of a mark
+LEAST_DISC, WIDEST = 3, 0.027  # of the disc: pixels, and share of the longer side
+DARKER = 0.1  # OKLab lightness: how much darker than both sides a contour is
+LEAST_SHARE = 0.1  # share of a painting that contours must cover
+LONG = 6.0  # least length over width of a ridge
+DARKEST = 0.4  # darkest share of the ridges, which gives their color; the rest is mixed with paint
+MOST_LIGHT = 0.55  # largest OKLab lightness of contours
 
 
 def learn_lines(image: Array, marks: StyleMarks) -> StyleLines | None:
-    """The contours of a painting [H, W, C]; None where it has none."""
+    """The contours of a painting [H, W, C]; None if it has none."""
     lab = oklab_planes(averaged(image, MOST_SIDE)).astype(np.float64)
     short, widest = shorter_side(lab.shape[1:]), WIDEST * max(lab.shape[1:])
     light = gaussian_filter(lab[0], 0.7)

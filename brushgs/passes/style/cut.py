@@ -1,8 +1,8 @@
-"""A painting -> images of single marks, cut out of it.
+"""Cut images of single marks out of a painting.
 
-From places on it paint of about one color is grown; what so gets a closed outline, about as long and wide as
-the marks of the painting are, is a mark that lies on the others. It is turned and straightened along its
-axis, and covers what has its color: so bristles stay, and no edge of a rectangle is seen.
+Regions of about one color are grown from seed places. A region with a closed outline, about as long and wide
+as the painting's marks, is a mark that lies on top of others. It is turned and straightened along its axis,
+and its coverage follows its color: so bristles stay, and no rectangular edge shows.
 """
 
 from dataclasses import dataclass
@@ -18,21 +18,21 @@ from brushgs.passes.style.sizes import Sizes
 from brushgs.values.arrays import F32, F64, Mask
 
 MOST_BRUSHES, LEAST_BRUSHES = 8, 3
-LONGEST, WIDEST = 128, 64  # texels of a brush: eight of them take 87 kB as text in a file
-NUM_SEEDS = 500  # places that are tried
-MOST_WIDTH = 20  # pixels of a mark; in larger ones blocks are averaged first
-TOLERANCES = (0.5, 1.0)  # of the deviation of marks: how far the color of paint differs within one
+LONGEST, WIDEST = 128, 64  # texels of a brush image: eight of them take 87 kB as text in a file
+NUM_SEEDS = 500  # seed places to try
+MOST_WIDTH = 20  # pixels of a mark's width; larger pictures are block-averaged first
+TOLERANCES = (0.5, 1.0)  # tolerances of color within one mark, in deviations between marks
 LEAST_TOLERANCE, MOST_TOLERANCE = 0.02, 0.10  # OKLab
-LENGTHS = (0.5, 1.6)  # of a typical mark: pieces of hidden ones are shorter, several together longer
+LENGTHS = (0.5, 1.6)  # accepted lengths, in typical marks: shorter are partly hidden, longer are several
 WIDTHS = (0.6, 1.8)
-LEAST_PIXELS = 24  # of a mark; smaller ones have no outline
-MARGIN = 5  # pixels around a mark that are looked at
+LEAST_PIXELS = 24  # of a mark; smaller ones have no measurable outline
+MARGIN = 5  # pixels around a mark, included in its window
 LEAST_SCORE = 0.35
-SOLID = (0.72, 0.95)  # share of its convex outline that a mark fills: less are two, or one with a bite
-EDGE, SOFT_EDGE = 0.06, 0.12  # of the width of a brush: how soft its outline is
-FULL = 0.25  # of the coverage, between bristles
-# Where no mark has an outline, as in washes: the picture is smoothed over so much of the width of marks, and
-# what differs by so many deviations, within so many lengths of a place, is a blob.
+SOLID = (0.72, 0.95)  # share of its convex outline that a mark fills: with less it is two marks, or damaged
+EDGE, SOFT_EDGE = 0.06, 0.12  # softness of the outline, share of a brush's width
+FULL = 0.25  # share of a mark's coverage that does not depend on color: the least between bristles
+# Soft marks, where no mark has an outline, as in washes: smoothing in mark widths; then a blob is what
+# differs by this many deviations within this many mark lengths.
 SOFT, SOFT_TOLERANCES, SOFT_REACH = 0.1, (0.6, 1.0, 1.5), 0.5
 
 
@@ -41,17 +41,17 @@ class _Mark:
     """One mark of a painting.
 
     Attributes:
-        score: how much it is like a mark, 0 to 1.
-        center: [2] (x, y) of it, pixels.
-        angle: of its axis.
-        bend: its axis is v = bend (u^2 - mean), pixels, u along.
+        score: similarity to an ideal mark, 0 to 1.
+        center: [2] (x, y), pixels.
+        angle: of its axis, radians.
+        bend: curvature of its axis, v = bend (u^2 - mean), pixels, u along.
         half: [2] half length and half width, pixels.
         tolerance: of its color.
-        distance: [h, w] of the colors of the window from that of the mark.
-        inside: [h, w] of the window.
+        distance: [h, w] color distances in its window from the mark's color.
+        inside: [h, w] mask of the mark in its window.
         corner: [2] (x, y) of the window's first pixel.
-        reach: farthest of its outline from the axis, pixels.
-        edge: how soft its outline is drawn, a share of its width.
+        reach: largest distance of its outline from the axis, pixels.
+        edge: softness of its drawn outline, share of its width.
         full: share of its coverage that does not depend on its color.
     """
 
@@ -70,15 +70,15 @@ class _Mark:
 
 
 def cut_marks(rgb: F32, sizes: Sizes) -> tuple[NDArray[np.uint8], ...]:
-    """Images of the marks of a painting.
+    """Cut brush images out of a painting.
 
     Args:
         rgb: [H, W, 3] a painting, 0 to 1.
         sizes: of its marks.
 
     Returns:
-        3 to 8 brushes [h, w], at most 128 x 64 texels, their marks along the rows, the best first; none where
-        marks do not stand out.
+        3 to 8 brushes [h, w], at most 128 x 64 texels, marks along the rows, best first; none if no marks
+        stand out.
     """
     from scipy.ndimage import gaussian_filter
 
@@ -105,14 +105,14 @@ def cut_marks(rgb: F32, sizes: Sizes) -> tuple[NDArray[np.uint8], ...]:
 
 @dataclass(frozen=True, eq=False)
 class _Search:
-    """For marks in a picture.
+    """A search for marks in a picture.
 
     Attributes:
-        lab: [3, H, W] the picture.
+        lab: [3, H, W] the picture, OKLab.
         typical: [2] length and width of its marks, pixels.
-        tolerance: of colors within one, OKLab.
-        is_soft: whether marks have no outline of their own: what has about one color in an ellipse is one.
-        is_taken: [H, W] what was grown already.
+        tolerance: of colors within one mark, OKLab.
+        is_soft: whether marks have no outline: a mark is then an area of about one color in an ellipse.
+        is_taken: [H, W] mask of the regions already grown.
     """
 
     lab: F32
@@ -122,7 +122,7 @@ class _Search:
     is_taken: Mask
 
     def grown(self, x: int, y: int) -> _Mark | None:
-        """The mark at a place, None where none is or one was grown; what was grown is then taken."""
+        """The mark at a place, which is then taken; None if there is none, or the place was taken."""
         return None if self.is_taken[y, x] else _grown(self, x, y)
 
 
@@ -143,7 +143,7 @@ def _grown(search: _Search, x: int, y: int) -> _Mark | None:
     squares = u**2 - (u**2).mean()
     bend = float((squares * v).sum() / max((squares**2).sum(), 1e-9))
     straight = v - bend * squares
-    half = np.array([0.5 * np.ptp(u), np.sqrt(3) * straight.std()])  # of an even bar
+    half = np.array([0.5 * np.ptp(u), np.sqrt(3) * straight.std()])  # half width of an even bar
     half[1] = max(half[1], 0.5)
     ratios = 2 * half / typical
     if not (LENGTHS[0] <= ratios[0] <= LENGTHS[1] and WIDTHS[0] <= ratios[1] <= WIDTHS[1]):
@@ -170,9 +170,9 @@ def _grown(search: _Search, x: int, y: int) -> _Mark | None:
 
 
 def _region(search: _Search, x: int, y: int) -> tuple[Mask, F32, F64] | None:
-    """Paint of one color around a place: where it is, how far colors are from it, and the corner (x, y).
+    """The region of one color around a place: its mask, color distances, and the corner (x, y) of its window.
 
-    None where it is too small or too large for a mark.
+    None if it is too small or too large for a mark.
     """
     from scipy.ndimage import binary_fill_holes, label
 
@@ -205,7 +205,7 @@ def _region(search: _Search, x: int, y: int) -> tuple[Mask, F32, F64] | None:
 
 
 def _ring(inside: Mask) -> Mask:
-    """The pixels around a region, one left out between."""
+    """A ring around a region, two pixels wide, one pixel away from it."""
     from scipy.ndimage import binary_dilation
 
     near = binary_dilation(inside, iterations=1)
@@ -213,7 +213,7 @@ def _ring(inside: Mask) -> Mask:
 
 
 def _apart(marks: list[_Mark]) -> list[_Mark]:
-    """The best of those that overlap, best first."""
+    """Marks without overlap: of overlapping ones the best, best first."""
     kept: list[_Mark] = []
     for mark in sorted(marks, key=lambda one: -one.score):
         if all(np.hypot(*(mark.center - other.center)) > other.half[1] for other in kept):
@@ -222,7 +222,7 @@ def _apart(marks: list[_Mark]) -> list[_Mark]:
 
 
 def _most_different(marks: list[_Mark]) -> list[NDArray[np.uint8]]:
-    """The images of a few: the best, then always the one that is least like those before, if good."""
+    """The images of a few good marks: the best, then repeatedly the one least similar to those chosen."""
     images = [_straightened(mark) for mark in marks]
     if not images:
         return []
@@ -237,7 +237,7 @@ def _most_different(marks: list[_Mark]) -> list[NDArray[np.uint8]]:
 
 
 def _print(image: NDArray[np.uint8]) -> F64:
-    """A small picture of a brush [8 x 16], by which brushes are compared."""
+    """A thumbnail of a brush [8 x 16] for comparing brushes."""
     from scipy.ndimage import zoom
 
     small = zoom(image.astype(np.float64) / 255, (8 / image.shape[0], 16 / image.shape[1]), order=1)
@@ -245,7 +245,7 @@ def _print(image: NDArray[np.uint8]) -> F64:
 
 
 def _straightened(mark: _Mark) -> NDArray[np.uint8]:
-    """The coverage of a mark, turned so that it runs along the rows."""
+    """The coverage of a mark, straightened and turned so that it runs along the rows."""
     from scipy.ndimage import distance_transform_edt, gaussian_filter, map_coordinates
 
     soft = max(mark.edge * 2 * mark.half[1], 0.5)  # pixels
@@ -258,7 +258,7 @@ def _straightened(mark: _Mark) -> NDArray[np.uint8]:
     bent = v + mark.bend * (u**2 - mark.half[0] ** 2 / 3)
     x = mark.center[0] + np.cos(mark.angle) * u - np.sin(mark.angle) * bent - mark.corner[0]
     y = mark.center[1] + np.sin(mark.angle) * u + np.cos(mark.angle) * bent - mark.corner[1]
-    # Colors and distances are smooth and may be drawn larger; coverage itself would get steps.
+    # Colors and distances are smooth and can be enlarged; an enlarged coverage would show steps.
     color = map_coordinates(mark.distance, [y, x], np.float64, order=3, mode="nearest")
     signed = distance_transform_edt(mark.inside) - distance_transform_edt(~mark.inside)
     outline = map_coordinates(gaussian_filter(signed, 0.7), [y, x], np.float64, order=3, mode="nearest")

@@ -1,4 +1,4 @@
-"""Styles -> how strokes should run: as the marks of their paintings do, in their shares."""
+"""Stroke directions of styles: those of the marks in their paintings, by share."""
 
 from collections.abc import Sequence
 
@@ -9,20 +9,20 @@ from brushgs.passes.form.orient import ASPECT
 from brushgs.values.camera import Camera
 from brushgs.values.style import Style
 
-CELLS = 64  # along the longer side of a picture: finer than the fields of styles
+CELLS = 64  # along the longer side of a picture: finer than the direction fields of styles
 
 
 def direction_field(styles: Sequence[tuple[Style, float]], camera: Camera) -> Marks:
     """The marks of styles over the picture of a camera.
 
-    Each style lies over the picture as a painting does, scaled to fill it; where they meet their directions
-    are added as vectors, weighted by their shares, so opposite ones cancel. What a direction says grows with
-    the share and with how clear it is. The aspect of marks is the mean of logarithms, of what is missing of 1
-    in the shares that of strokes without a style.
+    Each style covers the picture as its painting would, scaled to fill it. Overlapping directions are added
+    as vectors with the shares as weights, so opposite ones cancel. The strength of a direction grows with its
+    share and its clearness. The aspect of marks is a geometric mean; if shares sum to less than 1, the rest
+    counts as strokes without a style.
 
     Args:
-        styles: with their shares, 0 to 1, at most 1 in all. Those without marks say nothing.
-        camera: takes the picture.
+        styles: with their shares, 0 to 1, at most 1 in all. Those without marks are ignored.
+        camera: of the picture.
     """
     scale = CELLS / max(camera.width, camera.height)
     rows, columns = max(2, round(camera.height * scale)), max(2, round(camera.width * scale))
@@ -32,7 +32,7 @@ def direction_field(styles: Sequence[tuple[Style, float]], camera: Camera) -> Ma
     for style, share in styles:
         if style.marks is not None:
             field = style.marks.directions.astype(np.float64)
-            if min(field.shape[:2]) < 2:  # between four of which there must be places
+            if min(field.shape[:2]) < 2:  # interpolation needs two cells a side
                 field = field.repeat(2, axis=0).repeat(2, axis=1)
             pairs += share * marks_at(Marks(camera, field), across, down)
             aspect += share * (np.log(style.marks.aspect) - np.log(ASPECT))

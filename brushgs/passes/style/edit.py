@@ -1,9 +1,9 @@
-"""An edit that was learned, applied to strokes: a map of their colors, and of their sizes.
+"""Apply a learned edit to strokes: a map of their colors, and of their sizes.
 
     color after = affine(color) + sum over bumps of bump(features) x (weights + slopes @ color)
 
-Far from the colors of all centers bumps fall to 0 and the affine map remains; other features count as far as
-the centers reach. So no stroke is carried away that is unlike all that the edit was learned from.
+Far from the colors of all centers the bumps fall to 0 and the affine map remains. Other features are clamped
+to the range of the centers. So a stroke unlike everything the edit was learned from is not changed wildly.
 """
 
 from collections.abc import Iterable
@@ -19,15 +19,15 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
 from brushgs.values.style import Residual, StyleEdit
 
-ROWS_AT_A_TIME = 1 << 12  # whose bumps are in memory
-LARGEST = np.log(8.0)  # of sizes: no style makes strokes that fill the picture, or vanish
+ROWS_AT_A_TIME = 1 << 12  # limits the memory for bumps
+LARGEST = np.log(8.0)  # of a change of size: no style makes strokes fill the picture, or vanish
 
 
 def edit_map(edit: StyleEdit) -> ColorMap:
-    """The map of colors of an edit.
+    """The color map of an edit.
 
-    Colors that belong to no stroke have no other features: for these a residual counts only where color is
-    all that it depends on.
+    Colors that belong to no stroke have no other features: for them the residual applies only if it depends
+    on color alone.
     """
     base = Affine(edit.affine[:, :3], edit.affine[:, 3])
     if edit.residual is None or not (edit.residual.weights[:, :3].any() or _has_slopes(edit.residual)):
@@ -36,7 +36,7 @@ def edit_map(edit: StyleEdit) -> ColorMap:
 
 
 def needed_features(edits: Iterable[StyleEdit]) -> tuple[str, ...]:
-    """Names of the features of strokes that edits depend on beside their color, each once."""
+    """Names of the stroke features, besides color, that edits depend on; each once."""
     names = [name for edit in edits if edit.residual is not None for name in edit.residual.features]
     return tuple(dict.fromkeys(name for name in names if name not in COLOR_FEATURES))
 
@@ -48,8 +48,8 @@ def apply_edit(
 
     Args:
         strokes: N strokes.
-        edit: what is done to them.
-        features: of the strokes, see `needed_features`; None for none, so that only color counts.
+        edit: the change.
+        features: of the strokes, see `needed_features`; None if only color counts.
         share: 0 (the input itself) to 1; colors and logarithms of sizes are linear in it.
     """
     if share == 0 or len(strokes) == 0:
@@ -59,7 +59,7 @@ def apply_edit(
 
 
 def log_sizes(edit: StyleEdit, strokes: Gaussians, features: StrokeFeatures | None) -> F64:
-    """[N] what an edit adds to the logarithms of the sizes of strokes; arguments as of `apply_edit`."""
+    """[N] what an edit adds to the logarithms of stroke sizes; arguments as for `apply_edit`."""
     steps = np.full(len(strokes), edit.log_size)
     residual = edit.residual
     if residual is not None and residual.weights.shape[1] > 3 and _is_known(residual, features):
@@ -72,23 +72,24 @@ def log_sizes(edit: StyleEdit, strokes: Gaussians, features: StrokeFeatures | No
 
 
 def resized(strokes: Gaussians, steps: F64) -> Gaussians:
-    """Strokes whose sizes are multiplied by exp(steps [N]); the input itself where all are 0."""
+    """Strokes with sizes multiplied by exp(steps [N]); the input itself if all are 0."""
     if not steps.any():
         return strokes
     return replace(strokes, scales=(strokes.scales * np.exp(steps)[:, None]).astype(strokes.scales.dtype))
 
 
 def bumps(centers: Array, width: float, place: F64) -> F64:
-    """[M, K] the bumps around centers [K, F] at places [M, F]: 1 at its center, exp(-1/2) a width away."""
+    """[M, K] bumps around centers [K, F] at places [M, F]: 1 at the center, exp(-1/2) one width away."""
     squares = (place**2).sum(axis=1)[:, None] + (centers.astype(np.float64) ** 2).sum(axis=1)
     squares -= 2 * place @ centers.T.astype(np.float64)
     return np.asarray(np.exp(-0.5 / width**2 * np.maximum(squares, 0)))
 
 
 def within(names: tuple[str, ...], centers: Array, place: F64) -> F64:
-    """Places [M, F] moved to the range of the centers [K, F], but for features of color.
+    """Places [M, F] clamped to the range of the centers [K, F], except in features of color.
 
-    What lies higher than all that was seen is as what was highest; but an unseen color is another one.
+    A stroke higher than all that were seen counts as the highest; an unseen color is not replaced by a seen
+    one.
     """
     low, high = centers.min(axis=0).astype(np.float64), centers.max(axis=0).astype(np.float64)
     is_color = np.array([name in COLOR_FEATURES for name in names])
@@ -97,7 +98,7 @@ def within(names: tuple[str, ...], centers: Array, place: F64) -> F64:
 
 @dataclass(frozen=True, eq=False)
 class _EditMap:
-    """The affine map and the bumps, a `ColorMap`."""
+    """An affine map with bumps, a `ColorMap`."""
 
     base: Affine
     residual: Residual
@@ -122,13 +123,13 @@ class _EditMap:
         return slopes
 
     def _added(self, rgb: F64, features: StrokeFeatures | None) -> F64:
-        """[M, 3] what the bumps add to colors."""
+        """[M, 3] what the bumps add to the colors."""
         residual = self.residual
         heights = bumps(residual.centers, residual.width, _standardised(residual, rgb, features))
         return _weighted(heights @ _columns(residual), rgb)
 
     def _added_slopes(self, rgb: F64, features: StrokeFeatures | None) -> F64:
-        """[M, 3, 3] the derivative of that by the colors: of what is multiplied, and of the bumps."""
+        """[M, 3, 3] derivative of `_added` by the colors: of the products, and of the bumps."""
         residual = self.residual
         place = _standardised(residual, rgb, features)
         heights = bumps(residual.centers, residual.width, place)
@@ -140,7 +141,7 @@ class _EditMap:
         ]
         lab_slopes = Space("lab").slopes_to(rgb) if of_color else None
         for row, channel in of_color:
-            # d bump / d place = bump x (center - place) / width^2, and what is added is linear in bumps.
+            # d bump / d place = bump x (center - place) / width^2, and the addition is linear in bumps.
             centers = residual.centers[:, row].astype(np.float64)
             toward = (heights * centers) @ columns - place[:, row, None] * own
             along = _weighted(toward, rgb) / (residual.width**2 * float(residual.scale[row]))
@@ -154,7 +155,7 @@ def _has_slopes(residual: Residual) -> bool:
 
 
 def _columns(residual: Residual) -> F64:
-    """[K, 12] the affine maps [3, 4] of the bumps, flat."""
+    """[K, 12] the affine maps [3, 4] of the bumps, flattened."""
     maps = np.zeros((len(residual.centers), 3, 4))
     if residual.slopes is not None:
         maps[:, :, :3] = residual.slopes
@@ -163,18 +164,18 @@ def _columns(residual: Residual) -> F64:
 
 
 def _weighted(maps: F64, rgb: F64) -> F64:
-    """[M, 3] colors by flat affine maps [M, 12]."""
+    """[M, 3] colors mapped by flattened affine maps [M, 12]."""
     matrices = maps.reshape(-1, 3, 4)
     return np.asarray((matrices[:, :, :3] @ rgb[:, :, None])[..., 0] + matrices[:, :, 3])
 
 
 def _is_known(residual: Residual, features: StrokeFeatures | None) -> bool:
-    """Whether all that the bumps depend on is given."""
+    """Whether all features that the bumps depend on are given."""
     return features is not None or set(residual.features) <= set(COLOR_FEATURES)
 
 
 def _standardised(residual: Residual, rgb: F64, features: StrokeFeatures | None) -> F64:
-    """[M, F] features in deviations: those of color follow from the colors themselves."""
+    """[M, F] features in standard deviations; color features are computed from the colors."""
     lab = color_features(rgb)
     place = np.empty((len(rgb), len(residual.features)))
     for column, name in enumerate(residual.features):

@@ -1,9 +1,9 @@
-"""What is known of a stroke that means the same in every scene.
+"""Features of strokes that mean the same in every scene.
 
-Colors mean the same as they are. Lengths are shares of the subject, sizes ranks among the other strokes, and
-directions are compared with up: so features depend neither on the unit of a scene, nor on where it stands and
-how it is turned about up. All are bounded where nothing bounds a color: what lies far away, or shines, is
-as far as it gets.
+Colors are taken as they are. Lengths are shares of the subject's size, stroke sizes are ranks, and directions
+are relative to up: so features do not depend on the unit of a scene, its position, or its rotation about up.
+All features but color are bounded: beyond a limit of distance, height or gloss, strokes count as at the
+limit.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,11 +24,11 @@ from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0, used_sh_degree
 
 NUM_NEIGHBORS = 8
-ROWS_AT_A_TIME = 1 << 15  # whose neighbors are in memory
-LOWEST, HIGHEST = -0.5, 1.5  # heights of the subject: what is further down or up is as far
+ROWS_AT_A_TIME = 1 << 15  # limits the memory for neighbors
+LOWEST, HIGHEST = -0.5, 1.5  # in heights of the subject: strokes beyond count as at the limit
 FARTHEST = 3.0  # radii of the subject
-FLATTEST = 1e-3  # radii: the least height of a subject
-MOST_GLOSS = 2.0  # trained scenes have up to 1, in a few Gaussians more
+FLATTEST = 1e-3  # least height of a subject, in its radii
+MOST_GLOSS = 2.0  # trained scenes have up to 1, rarely more
 COLOR_FEATURES = ("lightness", "green_red", "blue_yellow")
 
 
@@ -48,23 +48,23 @@ class StrokeFeatures:
         return len(self.values)
 
     def take(self, rows: Rows | slice | NDArray[np.bool_]) -> "StrokeFeatures":
-        """Those of some strokes."""
+        """The features of some strokes."""
         return StrokeFeatures(self.names, self.values[rows])
 
     def columns(self, names: tuple[str, ...]) -> F64:
-        """[N, len(names)] the features of these names, in their order.
+        """[N, len(names)] the named features, in this order.
 
         Raises:
-            KeyError: if there is no such feature.
+            KeyError: if a name is unknown.
         """
         row_of = {name: row for row, name in enumerate(self.names)}
         return self.values[:, [row_of[name] for name in names]]
 
 
 def color_features(rgb: F64) -> F64:
-    """[N, 3] the features that follow from display-encoded colors [N, 3] alone: CIELAB over 100.
+    """[N, 3] features of display-encoded colors [N, 3] alone: CIELAB divided by 100.
 
-    Unlike that of OKLab its slope is bounded at black, so view-dependent terms of dark strokes stay small.
+    Unlike in OKLab the slope is bounded at black, so view-dependent terms of dark strokes stay small.
     """
     return Space("lab").to(rgb)
 
@@ -72,15 +72,15 @@ def color_features(rgb: F64) -> F64:
 def stroke_features(
     strokes: Gaussians, first_view: FirstView, names: Sequence[str] | None = None
 ) -> StrokeFeatures:
-    """Find features of strokes, or of the Gaussians of a scene.
+    """Compute features of strokes, or of the Gaussians of a scene.
 
     Args:
-        strokes: N of them.
-        first_view: of their scene; its up and its subject are used.
+        strokes: N strokes.
+        first_view: of their scene; its up axis and its subject are used.
         names: of the features, see `FEATURES`; only what these need is computed. None for all.
 
     Raises:
-        ValueError: if there is no feature of a name.
+        ValueError: if a name is unknown.
     """
     chosen = tuple(FEATURES) if names is None else tuple(names)
     if unknown := [name for name in chosen if name not in FEATURES]:
@@ -94,7 +94,7 @@ def stroke_features(
 
 @dataclass(frozen=True, eq=False)
 class _Context:
-    """What several features are made of, each found once and only where it is asked for."""
+    """Intermediate values shared by features, each computed once, when first needed."""
 
     strokes: Gaussians
     first_view: FirstView
@@ -109,14 +109,14 @@ class _Context:
 
     @cached_property
     def scales(self) -> F64:
-        """[N, 3] descending, never 0, so that they have ratios; their unit is the largest of all."""
+        """[N, 3] scales, descending and > 0 so that ratios exist, relative to the largest of all."""
         sorted_scales = np.take_along_axis(self.strokes.scales, self.order, axis=1).astype(np.float64)
         largest = max(float(sorted_scales.max()), np.finfo(np.float64).tiny)
         return np.maximum(sorted_scales / largest, 1e-12)
 
     @cached_property
     def normals(self) -> F64:
-        """[N, 3] the shortest axes, of either sign."""
+        """[N, 3] the shortest axes, of arbitrary sign."""
         rotations = rotation_matrices(self.strokes.quats)
         return np.take_along_axis(rotations, self.order[:, None, 2:], axis=2)[..., 0]
 
@@ -131,17 +131,17 @@ class _Context:
 
     @cached_property
     def subject(self) -> tuple[F64, float, float, float]:
-        """Center [3] and radius of the subject, and where it begins and ends along up."""
+        """Center [3] and radius of the subject, and its lower and upper end along up."""
         points = self.first_view.points
         heights = points @ self.first_view.up
         low, high = float(heights.min()), float(heights.max())
         center = points.mean(axis=0)
         radius = float(np.linalg.norm(points - center, axis=1).max())
-        radius = max(radius, 1e-9 * float(np.abs(points).max())) or 1.0  # of a point
+        radius = max(radius, 1e-9 * float(np.abs(points).max())) or 1.0  # for a single point
         return center, radius, low, max(high, low + FLATTEST * radius)
 
     def of_neighbors(self, measure: Callable[[slice, NDArray[np.int32]], F64]) -> F64:
-        """[N] a measure of a few strokes and their neighbors at a time; 0 where there are none."""
+        """[N] a measure of strokes and their neighbors, computed block by block; 0 without neighbors."""
         found = np.zeros(len(self.strokes))
         if self.neighbors.shape[1]:
             for first in range(0, len(found), ROWS_AT_A_TIME):
@@ -151,7 +151,7 @@ class _Context:
 
 
 def _gloss(context: _Context) -> F64:
-    """How much a color depends on the view: root of the sum of squares of its view-dependent terms."""
+    """View dependence of the color: root of the sum of squares of the view-dependent terms."""
     sh = context.strokes.sh
     if used_sh_degree(context.strokes) == 0:
         return np.zeros(len(sh))
@@ -160,7 +160,7 @@ def _gloss(context: _Context) -> F64:
 
 
 def _size(context: _Context) -> F64:
-    """Share of the painted area that smaller strokes make up, and half of those as large, 0 to 1."""
+    """Rank of the size by painted area: the share of smaller strokes, plus half of equal ones, 0 to 1."""
     sizes = context.scales[:, 0] * context.scales[:, 1]
     areas = context.strokes.opacities * projected_areas(context.scales)
     if not areas.sum() > 0:
@@ -171,7 +171,7 @@ def _size(context: _Context) -> F64:
 
 
 def _bend(context: _Context) -> F64:
-    """Mean squared sine between the normal of a stroke and those of its neighbors, 0 (flat) to 1."""
+    """Mean squared sine of the angles between a stroke's normal and its neighbors', 0 (flat) to 1."""
     normals = context.normals
 
     def measure(some: slice, rows: NDArray[np.int32]) -> F64:
@@ -182,7 +182,7 @@ def _bend(context: _Context) -> F64:
 
 
 def _contrast(context: _Context) -> F64:
-    """Root of the mean squared difference of colors to the neighbors, CIELAB over 100, at most 1."""
+    """Root mean squared color difference from the neighbors, CIELAB over 100, at most 1."""
     lab = context.lab
 
     def measure(some: slice, rows: NDArray[np.int32]) -> F64:
@@ -193,21 +193,21 @@ def _contrast(context: _Context) -> F64:
 
 
 def _height(context: _Context) -> F64:
-    """Above the foot of the subject, in heights of the subject: 0 on the ground, 1 at its top."""
+    """Height above the foot of the subject, in its heights: 0 on the ground, 1 at its top."""
     _, _, low, high = context.subject
     heights = context.strokes.means.astype(np.float64) @ context.first_view.up
     return np.asarray(np.clip((heights - low) / (high - low), LOWEST, HIGHEST))
 
 
 def _distance(context: _Context) -> F64:
-    """From the middle of the subject, in radii of it."""
+    """Distance from the middle of the subject, in its radii."""
     center, radius, _, _ = context.subject
     away = np.linalg.norm(context.strokes.means - center, axis=1)
     return np.asarray(np.minimum(away / radius, FARTHEST))
 
 
 def _visible(context: _Context) -> F64:
-    """Share of directions from which a stroke is seen, 0 to 1."""
+    """Share of directions from which a stroke is visible, 0 to 1."""
     return visible_shares(replace(context.strokes, sh=context.strokes.sh[:, :1]))
 
 

@@ -1,9 +1,9 @@
-"""Colors before and after an edit -> the affine map that is the simplest explanation of it.
+"""The simplest affine map that explains the colors before and after an edit.
 
-Simple means: what most colors say, a few that an edit treats otherwise set aside; and where the colors of
-a scene do not say, as those of a gray one, first no change, then one of each channel for itself, then what
-the data force upon it. So a map that is learned from few colors is right for others as far as it can be. One
-that does not explain the edit is weakened to what it is worth for colors that it was not fitted to.
+Robust: colors that the edit treats differently from most are set aside. Regularized: where the colors of a
+scene leave the map open, as in a gray scene, no change is preferred, then a change of each channel alone,
+then whatever the data require. So a map learned from few colors stays plausible for others. A map that does
+not explain the edit is weakened to the share that holds for held-out colors.
 """
 
 from dataclasses import dataclass
@@ -12,17 +12,17 @@ import numpy as np
 
 from brushgs.values.arrays import F64
 
-CLIP = 2e-3  # half a step of 8 bits: what is this near to 0 or 1 may have been cut there
+CLIP = 2e-3  # half a step of 8 bits: values this close to 0 or 1 may have been clipped
 ROUNDS = 12
-FIRST_SCALE, LEAST_SCALE = 0.5, 2e-3  # of differences that are set aside, shrinking from round to round
-SPREADS = 2.0  # median differences that still count
-SAYS = 30.0  # independent colors that a scene is taken to have where no map explains them
-EXACT = 1e-6  # standard deviation of rounding in float32
-SAME, CHANGED = 1 / 255, 4 / 255  # differences that nobody sees, and those that some do
-LEFT_ALONE = 0.05  # share of the weight that shows an edit to be partial
-EXPLAINED, PROVEN = 1.5 / 255, 0.75  # what leaves so little of such a share of the weight needs no proof
-END = 1 / 3  # of the weight: colors that are held out, at each end of each axis
-LEAST_SHARE = 0.5  # of the weight that a map must explain for the rest to be set aside
+FIRST_SCALE, LEAST_SCALE = 0.5, 2e-3  # scale of outliers, shrinking from round to round
+SPREADS = 2.0  # inlier limit, in median differences
+SAYS = 30.0  # independent colors that a scene counts as, if no map explains them
+EXACT = 1e-6  # standard deviation of float32 rounding
+SAME, CHANGED = 1 / 255, 4 / 255  # invisible differences, and visible ones
+LEFT_ALONE = 0.05  # share of the weight left unchanged that shows an edit to be partial
+EXPLAINED, PROVEN = 1.5 / 255, 0.75  # a map that leaves so little of so much of the weight is not validated
+END = 1 / 3  # share of the weight held out at each end of each axis
+LEAST_SHARE = 0.5  # share of the weight that a map must explain for the rest to be set aside
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +31,8 @@ class AffineFit:
 
     Attributes:
         affine: [3, 4] as in `brushgs.values.style.StyleEdit`.
-        known: [n, 3] of 0 or 1: which values after were not cut off at 0 or 1.
-        kept: 0 to 1, the share of the best map that is in it; the rest leads to the identity.
+        known: [n, 3] of 0 or 1: 1 where the value after the edit was not clipped.
+        kept: 0 to 1, the share of the best map in it; the rest is the identity.
     """
 
     affine: F64
@@ -58,10 +58,10 @@ def fit_affine(before: F64, after: F64, weights: F64) -> AffineFit:
 
 
 def _share_that_holds(before: F64, after: F64, weights: F64) -> float:
-    """By how much of a map colors that it was not fitted to come nearest to what was made of them, 0 to 1.
+    """Share of a map, 0 to 1, that predicts held-out colors best.
 
-    The ends of the principal axes of the colors are held out, one at a time: another scene has its colors
-    beyond those of this one, where a straight line through steps and waves leads anywhere.
+    The ends of the principal axes of the colors are held out, one at a time: other scenes have colors beyond
+    those of this one, where the extrapolation of a fit to steps or waves is arbitrary.
     """
     away = before - weights @ before
     axes = np.linalg.eigh((away.T * weights) @ away)[1]
@@ -81,7 +81,7 @@ def _share_that_holds(before: F64, after: F64, weights: F64) -> float:
 
 
 def _fit_all(before: F64, after: F64, weights: F64) -> AffineFit:
-    """The best map; weights sum to 1."""
+    """The best map for all colors; weights sum to 1."""
     is_cut = (np.minimum(np.abs(after), np.abs(after - 1)) < CLIP) & (np.abs(after - before) > CLIP)
     known = np.where(is_cut, 0.0, 1.0)
     if (weights @ known).min() < LEAST_SHARE:
@@ -90,16 +90,17 @@ def _fit_all(before: F64, after: F64, weights: F64) -> AffineFit:
     affine = _set_aside(before, after, weights, known, everyone)
     if _is_partial(before, after, weights, affine):
         affine = np.eye(3, 4)
-    # What was cut, and by the map would not have been, is no rounding: it speaks against the map.
+    # A clipped value that the map would not clip is more than rounding: it counts against the map.
     predicted = _mapped(affine, before)
     known = np.maximum(known, (predicted > CLIP) & (predicted < 1 - CLIP))
     return AffineFit(affine, known)
 
 
 def _is_partial(before: F64, after: F64, weights: F64, affine: F64) -> bool:
-    """Whether an edit leaves colors alone that the map would change: then it is one of some colors only.
+    """Whether an edit leaves colors unchanged that the map would change, so that it is an edit of some
+    colors.
 
-    What it does to these is no map of all, however many they are in this scene.
+    Its effect on those is no map for all colors, however many of them the scene has.
     """
     is_alone = np.abs(after - before).max(axis=1) < SAME
     predicted = np.clip(_mapped(affine, before), np.minimum(before, 0), np.maximum(before, 1))
@@ -108,9 +109,9 @@ def _is_partial(before: F64, after: F64, weights: F64, affine: F64) -> bool:
 
 
 def _set_aside(before: F64, after: F64, weights: F64, known: F64, start: F64) -> F64:
-    """The map of most: weights of Geman and McClure at a scale that shrinks.
+    """The map of the majority: Geman-McClure weights at a shrinking scale.
 
-    Where no map explains more than half, that of all colors is as good as any.
+    If no map explains more than half of the weight, the fit to all colors is returned.
     Source: Black and Rangarajan 1996, On the unification of line processes (graduated non-convexity).
     """
     affine, scale = start, FIRST_SCALE
@@ -126,7 +127,7 @@ def _set_aside(before: F64, after: F64, weights: F64, known: F64, start: F64) ->
 
 
 def _solve(before: F64, after: F64, weights: F64) -> F64:
-    """[3, 4] weighted least squares, held toward the identity, then toward one channel for itself.
+    """[3, 4] weighted least squares, regularized toward the identity, then toward separate channels.
 
     Args:
         before: [n, 3].
@@ -149,17 +150,17 @@ def _solve(before: F64, after: F64, weights: F64) -> F64:
 
 
 def _ridge(moments: F64, some: list[int], prior: F64) -> F64:
-    """[4] coefficients near `prior`: how near, the differences that remain decide.
+    """[4] coefficients near `prior`; the residual sets the strength of the regularization.
 
-    Of exact data the held-back part is at rounding; of data that no map explains it is as large as if there
-    were `SAYS` of them.
+    For exact data it is at rounding level; for data that no map explains it is as strong as `SAYS`
+    independent colors.
 
     Args:
         moments: [5, 5] mean products of the columns before, 1, and the values after.
         some: columns whose coefficients may differ from `prior`.
         prior: [4].
     """
-    of_left = np.append(-prior, 1.0)  # the differences that remain with the prior, by columns
+    of_left = np.append(-prior, 1.0)  # residuals of the prior, as a combination of columns
     gram = moments[np.ix_(some, some)]
     right = (moments @ of_left)[some]
     variance = float(of_left @ moments @ of_left)

@@ -1,9 +1,9 @@
-"""What an affine map leaves of an edit -> bumps over features of strokes, as few as it takes.
+"""Fit as few bumps over stroke features as explain what an affine map leaves of an edit.
 
-Features, their number of bumps and how firmly these are held are chosen by what they explain of strokes that
-they were not fitted to: a part of the scene is held out, another each time, and then a part of the colors. A
-feature that explains nothing there does not get in, and where none does there are no bumps. Other scenes have
-other colors, so bumps are weakened to what they are worth for colors that were held out.
+Features, the number of bumps and the ridge are chosen by cross-validation: parts of the scene are held out in
+turn, and then parts of the colors. A feature that explains nothing of the held-out strokes is not used, and
+if none does there are no bumps. Other scenes have other colors, so bumps are weakened to the share that holds
+for held-out colors.
 """
 
 from collections.abc import Sequence
@@ -17,8 +17,8 @@ from brushgs.passes.style.features import COLOR_FEATURES
 from brushgs.values.arrays import F32, F64, Mask, Rows
 from brushgs.values.style import Residual
 
-# In scenes and in strokes made of them medians of these are within 0.3 deviations of each other; those of
-# elongation, flatness, visibility and contrast are up to 0.9 apart, and more where a scene is of discs.
+# Between scenes and strokes made of them, medians of these differ by at most 0.3 deviations; those of
+# elongation, flatness, visibility and contrast by up to 0.9, and more in scenes of discs.
 CANDIDATES: tuple[tuple[str, ...], ...] = (
     COLOR_FEATURES,
     COLOR_FEATURES[1:],
@@ -29,20 +29,20 @@ CANDIDATES: tuple[tuple[str, ...], ...] = (
     ("size",),
     ("gloss",),
 )
-FEW_ROWS = 4000  # by which features are chosen
+FEW_ROWS = 4000  # for choosing features
 NUM_FOLDS = 4
-SCREENING = 24  # bumps by which features are compared
-COUNTS = (8, 24, 64)  # of bumps
-WIDTHS = (1.0, 2.0)  # of bumps, in root mean square distances to the nearest other
-HOLDS = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)  # of the moments of a bump, added to them
-LEAST_GAIN = 0.3  # share of the squared difference by which another feature must reduce it
-MORE_GAIN = 0.3  # and more bumps
-LEAST_EXPLAINED = 0.5  # and all together: what is explained by less means something else in another scene
-MOST_FEATURES = 3  # sets of them
-NOTHING, ENOUGH = 1.5 / 255, 0.5 / 255  # root mean square differences that nobody sees, nor adds up
+SCREENING = 24  # bumps for comparing features
+COUNTS = (8, 24, 64)  # numbers of bumps to try
+WIDTHS = (1.0, 2.0)  # widths to try, in root mean square distances to the nearest other bump
+HOLDS = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)  # ridges to try, relative to the moments of a bump
+LEAST_GAIN = 0.3  # share of the squared difference that another feature must explain
+MORE_GAIN = 0.3  # and that more bumps must
+LEAST_EXPLAINED = 0.5  # and that all together must: what explains less means something else in another scene
+MOST_FEATURES = 3  # largest number of sets
+NOTHING, ENOUGH = 1.5 / 255, 0.5 / 255  # root mean square differences: invisible, and negligible in sum
 LEAST_ROWS = 64
-CELL = 0.5  # deviations: in such cells of features strokes are counted
-EVENNESS = 0.5  # power of these counts by which weights are divided: other scenes are of other colors
+CELL = 0.5  # deviations: cells of feature space in which strokes are counted
+EVENNESS = 0.5  # exponent of these counts that weights are divided by, because other scenes have other colors
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +53,7 @@ class Samples:
         rgb: [n, 3] colors before.
         values: [n, F] features, see `names`.
         names: of the features.
-        wanted: [n, C] what the affine map leaves of the outputs: RGB, then log size where it varies.
+        wanted: [n, C] residual of the affine map: RGB, then log size if it varies.
         weights: [n, C] of each, >= 0.
         folds: [2, n] 0 to `NUM_FOLDS` - 1: by parts of the scene, and by parts of the colors.
     """
@@ -82,10 +82,10 @@ class BumpFit:
     """Bumps, and what they explain.
 
     Attributes:
-        residual: the bumps; None where there is nothing to gain.
-        before: root mean square of what is wanted, of all outputs.
-        held_out: that of what remains in parts of the scene that were held out.
-        kept: 0 to 1, the share of the best bumps that is in them.
+        residual: the bumps; None if nothing is gained.
+        before: root mean square of the wanted outputs.
+        held_out: root mean square of what remains in held-out parts of the scene.
+        kept: 0 to 1, the share of the best bumps in them.
     """
 
     residual: Residual | None
@@ -99,8 +99,8 @@ def fit_bumps(samples: Samples, candidates: Sequence[tuple[str, ...]], *, most: 
 
     Args:
         samples: n strokes.
-        candidates: sets of features that enter together.
-        most: bumps at most; None for the largest of `COUNTS`, 0 for none.
+        candidates: sets of features that are added together.
+        most: largest number of bumps; None for the largest of `COUNTS`, 0 for none.
     """
     start = _root_mean(samples, samples.wanted)
     if len(samples.rgb) < LEAST_ROWS or start < NOTHING or most == 0:
@@ -125,7 +125,7 @@ def fit_bumps(samples: Samples, candidates: Sequence[tuple[str, ...]], *, most: 
 def _choose_features(
     few: Samples, candidates: Sequence[tuple[str, ...]], error: float, most: int
 ) -> tuple[tuple[str, ...], float]:
-    """Forward selection: each time the set that explains most of what is held out."""
+    """Forward selection: repeatedly add the set that explains most of the held-out strokes."""
     chosen: tuple[str, ...] = ()
     for _ in range(MOST_FEATURES):
         trials = [
@@ -158,19 +158,19 @@ class _Trial:
     kept: float = 1.0
 
     def place(self, samples: Samples) -> F64:
-        """[n, F] the features in deviations."""
+        """[n, F] the features in standard deviations."""
         chosen = [samples.names.index(name) for name in self.names]
         return within(self.names, self.centers, (samples.values[:, chosen] - self.offset) / self.scale)
 
     def columns(self, samples: Samples) -> F64:
-        """[n, 4 K] what the weights of bumps are multiplied by: each bump times color and 1."""
+        """[n, 4 K] columns of the bumps' weights: each bump times color and 1."""
         heights = bumps(self.centers, self.width, self.place(samples))
         basis = np.column_stack([samples.rgb - 0.5, np.ones(len(heights))])
         return (heights[:, :, None] * basis[:, None]).reshape(len(heights), -1)
 
 
 def _tried(samples: Samples, names: tuple[str, ...], count: int, width: float) -> tuple[_Trial, float]:
-    """Bumps of some features, held as is best, and the mean square that they leave of parts held out."""
+    """Bumps over some features with the best ridge, and the mean square that they leave when held out."""
     chosen = samples.values[:, [samples.names.index(name) for name in names]]
     shares = samples.weights.mean(axis=1) / samples.weights.mean(axis=1).sum()
     offset = shares @ chosen
@@ -180,8 +180,8 @@ def _tried(samples: Samples, names: tuple[str, ...], count: int, width: float) -
     centers = _centers(place, count)
     trial = _Trial(names, centers, width * _spacing(centers), offset, scale)
     columns, even = trial.columns(samples), _evened(samples.weights, place)
-    # [hold, kind of folds, evenly or as seen]: squares of what is wanted, products with what is predicted,
-    # squares of that.
+    # [ridge, kind of folds, evened or plain weights]: squares of wanted values, their products with
+    # predictions, squares of predictions.
     sums = np.zeros((len(HOLDS), 2, 2, 3))
     for kind, folds in enumerate(samples.folds):
         moments = [_moments(columns, samples.wanted, even, folds == fold) for fold in range(NUM_FOLDS)]
@@ -202,7 +202,7 @@ def _tried(samples: Samples, names: tuple[str, ...], count: int, width: float) -
 
 
 def _fitted(samples: Samples, trial: _Trial) -> Residual:
-    """The bumps with their weights, of all strokes."""
+    """The bumps with their weights, fitted to all strokes."""
     even = _evened(samples.weights, trial.place(samples))
     whole = _moments(trial.columns(samples), samples.wanted, even, np.ones(len(even), dtype=bool))
     found = trial.kept * _solved(whole, trial.hold)  # [4 K, C]
@@ -224,10 +224,10 @@ def _fitted(samples: Samples, trial: _Trial) -> Residual:
 
 @dataclass(frozen=True, eq=False)
 class _Moments:
-    """Mean products of columns, and of these and outputs that have the same weights.
+    """Mean products of columns with each other and with the outputs that share their weights.
 
     Attributes:
-        columns: [P] that are used: of a log size, which has no color, only those of the bumps alone.
+        columns: [P] columns in use: for a log size, which has no color, only those of the bumps alone.
         outputs: [c].
         gram: [P, P].
         right: [P, c].
@@ -240,13 +240,13 @@ class _Moments:
 
     @staticmethod
     def sum_of(parts: "Sequence[_Moments]") -> "_Moments":
-        """Of several parts of a scene."""
+        """The moments of several parts of a scene together."""
         gram, right = (np.sum([getattr(part, name) for part in parts], axis=0) for name in ("gram", "right"))
         return replace(parts[0], gram=gram, right=right)
 
 
 def _moments(columns: F64, wanted: F64, weights: F64, rows: Mask) -> list[_Moments]:
-    """Of some strokes, for all outputs."""
+    """The moments of some strokes, for all outputs."""
     is_same = bool((weights[:, :3] == weights[:, :1]).all())
     columns, wanted, weights = columns[rows], wanted[rows], weights[rows]
     groups = [np.arange(3)] if is_same else [np.array([channel]) for channel in range(3)]
@@ -259,7 +259,7 @@ def _moments(columns: F64, wanted: F64, weights: F64, rows: Mask) -> list[_Momen
 
 
 def _solved(whole: list[_Moments], hold: float, without: list[_Moments] | None = None) -> F64:
-    """[4 K, C] ridge regression, by all strokes or all but a part."""
+    """[4 K, C] ridge regression on all strokes, or on all but a part."""
     found = np.zeros((len(whole[0].columns), sum(len(part.outputs) for part in whole)))
     for number, part in enumerate(whole):
         gram, right = part.gram, part.right
@@ -272,7 +272,7 @@ def _solved(whole: list[_Moments], hold: float, without: list[_Moments] | None =
 
 
 def _evened(weights: F64, place: F64) -> F64:
-    """Weights [n, C] of strokes at places [n, F], in which rare ones count for more."""
+    """Weights [n, C] of strokes at places [n, F], with rare ones weighted up."""
     _, cell_of = np.unique(np.rint(place / CELL).astype(np.int32), axis=0, return_inverse=True)
     cell_of = cell_of.reshape(-1)
     totals = np.bincount(cell_of, weights.mean(axis=1))
@@ -281,7 +281,7 @@ def _evened(weights: F64, place: F64) -> F64:
 
 
 def _centers(place: F64, count: int) -> F32:
-    """[K, F] means of k-means of the places where there is any stroke; fewer where there are fewer places."""
+    """[K, F] k-means centers of the places; fewer if there are fewer distinct places."""
     fine = CELL / 4 if place.shape[1] > 1 else CELL / 32
     points = (fine * np.unique(np.rint(place / fine), axis=0)).astype(np.float32)
     points = points[:: -(-len(points) // FEW_ROWS)]
@@ -296,7 +296,7 @@ def _centers(place: F64, count: int) -> F32:
 
 
 def _spacing(centers: F32) -> float:
-    """Root mean square distance of each center to the nearest other; 1 of a single one."""
+    """Root mean square distance of each center to the nearest other; 1 for a single one."""
     if len(centers) < 2:
         return 1.0
     squares = ((centers[:, None].astype(np.float64) - centers) ** 2).sum(axis=2)
@@ -305,6 +305,6 @@ def _spacing(centers: F32) -> float:
 
 
 def _root_mean(samples: Samples, values: F64) -> float:
-    """Of values [n, C], over strokes and color channels."""
+    """Root mean square of values [n, C] over strokes and color channels."""
     total = samples.weights[:, :3].sum()
     return float(np.sqrt((samples.weights * values**2).sum() / total)) if total > 0 else 0.0

@@ -1,7 +1,7 @@
-"""A painting -> the color of what it is painted on, where there is evidence that it shows between marks.
+"""The color of a painting's ground, if there is evidence that it shows between marks.
 
-A ground has one color, shows in small pieces all over the picture, and these have the shape of what marks
-leave open, not of marks: they are no convex patches. Where one of these is missing nothing is claimed.
+A ground has one color and shows all over the picture in small pieces, which have the shape of gaps between
+marks: they are not convex. If one of these conditions fails, no ground is reported.
 """
 
 import numpy as np
@@ -13,19 +13,19 @@ from brushgs.values.arrays import F32, F64, Mask
 from brushgs.values.colors import rgb_of_oklab
 
 MOST_SIDE = 512  # pixels
-BIN = 0.02  # of colors, OKLab
-NEAR = 0.025  # of the color of a ground: what belongs to it
+BIN = 0.02  # of the color histogram, OKLab
+NEAR = 0.025  # OKLab distance within which pixels belong to the ground
 AROUND = 0.06
 LEAST_SHARE, MOST_SHARE = 0.02, 0.7  # of the picture
-# Of what lies within `AROUND` of it lies within `NEAR`: a color among others of a ramp has 0.4, the
-# ends of one 0.6 to 0.73, grounds 0.82 to 0.89. Edges,
-# where it mixes with paint, take the rest.
+# Least share of the pixels within `AROUND` that lie within `NEAR`: 0.4 for a color inside a ramp of colors,
+# 0.6 to 0.73 for the ends of a ramp, 0.82 to 0.89 for grounds. The rest are edges,
+# where the ground mixes with paint.
 PEAKED = 0.78
-CELLS, LEAST_CELLS = 6, 0.75  # along each side of the picture, and the share of them that show it
-IN_CELL = 0.004  # share of a cell
+CELLS, LEAST_CELLS = 6, 0.75  # cells along each side of the picture; share of them that must show the ground
+IN_CELL = 0.004  # share of a cell that the ground must cover
 NUM_CANDIDATES = 6
-BAYS = 0.8  # of their convex outlines that pieces fill at most, in mean by area: marks fill 0.85 and more
-LEAST_PIECE, MOST_PIECES = 12, 200  # pixels of a piece, and how many are looked at
+BAYS = 0.8  # largest share of their convex outlines that pieces fill, mean by area: marks fill 0.85 and more
+LEAST_PIECE, MOST_PIECES = 12, 200  # pixels of the smallest piece, and number of pieces examined
 
 
 def find_ground(rgb: F32) -> F64 | None:
@@ -56,14 +56,14 @@ def _frequent(lab: F32) -> F64:
 
 
 def _cells_with(is_near: Mask) -> float:
-    """Share of the cells of the picture in which a color shows."""
+    """Share of the cells of the picture that show a color."""
     rows, columns = (np.array_split(np.arange(n), CELLS) for n in is_near.shape)
     shares = [is_near[np.ix_(row, column)].mean() for row in rows for column in columns]
     return float(np.mean(np.array(shares) >= IN_CELL))
 
 
 def _fill(is_near: Mask) -> float:
-    """How much of their convex outlines pieces fill, mean by area of the outlines; 1 without pieces."""
+    """Share of their convex outlines that pieces fill, mean by area of the outlines; 1 without pieces."""
     from scipy.ndimage import find_objects, label
 
     labels, count = label(is_near)

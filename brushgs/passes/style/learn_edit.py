@@ -1,10 +1,10 @@
-"""Two states of a scene -> the edit between them, as a style that any scene can take.
+"""Learn the edit between two states of a scene, as a style for any scene.
 
-    pairs of colors -> the simplest affine map -> what it leaves, by features of strokes
+    pairs of colors -> the simplest affine map -> its residual, by features of strokes
 
-What is learned must hold where the scene it is learned from says nothing: so the affine map is the simplest
-that explains most of it, and a residual enters only if it explains parts of the scene that it was not fitted
-to. Both are weakened to what they are worth for colors that they were not fitted to.
+The edit must also hold where the scene gives no evidence: the affine map is the simplest that explains most
+of it, and a residual is used only if it explains held-out parts of the scene. Both are weakened to the share
+that holds for held-out colors.
 """
 
 from dataclasses import dataclass
@@ -24,12 +24,12 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
 from brushgs.values.style import StyleEdit
 
-MOST_ROWS = 10_000  # that an edit is fitted to
-SECTORS = 12  # around up, of which every fourth is held out at a time
-LARGEST_SHARE = 0.99  # quantile of weights that larger ones are reduced to
-NUM_BLOCKS = 12  # of colors, of which every fourth is held out at a time
-SAME_SIZE = 1e-3  # of a log size: rounding
-LOG_SIZE_WEIGHT = 0.3  # a log size counts like so much of a color
+MOST_ROWS = 10_000  # for fitting an edit
+SECTORS = 12  # around up; every fourth is held out at a time
+LARGEST_SHARE = 0.99  # quantile that weights are capped at
+NUM_BLOCKS = 12  # of colors; every fourth is held out at a time
+SAME_SIZE = 1e-3  # of a log size: below, it is rounding
+LOG_SIZE_WEIGHT = 0.3  # weight of a log size relative to a color
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,14 +37,13 @@ class LearntEdit:
     """An edit and how well it explains what it was learned from.
 
     Attributes:
-        edit: what was learned.
-        num_pairs: Gaussians whose states were compared.
+        edit: the result.
+        num_pairs: Gaussians compared.
         changed: root mean square difference of colors before and after.
-        left: that which the affine map leaves.
-        held_out: that which remains with the bumps, in parts of the scene that they were not fitted to.
-        kept: 0 to 1, the share of the best affine map that is in the edit: what it is worth for colors that
-            it was not fitted to.
-        bumps_kept: the same of the bumps.
+        left: root mean square difference that the affine map leaves.
+        held_out: what remains with the bumps, in held-out parts of the scene.
+        kept: 0 to 1, the share of the best affine map in the edit that holds for held-out colors.
+        bumps_kept: the same for the bumps.
     """
 
     edit: StyleEdit
@@ -63,9 +62,9 @@ def learn_edit(
 
     Args:
         before: the scene.
-        after: the same, edited: its rows are those of the scene, or lie where these do.
+        after: the same scene, edited: its rows are those of `before`, or lie at the same places.
         first_view: of the scene before.
-        num_bumps: of the residual at most, 0 for none; None for as many as it takes.
+        num_bumps: largest number of bumps in the residual, 0 for none; None to choose.
 
     Raises:
         ValueError: if a scene is empty, or they are not two states of one.
@@ -94,16 +93,16 @@ def learn_from_colors(
     log_steps: F64 | None = None,
     num_bumps: int | None = None,
 ) -> LearntEdit:
-    """Learn an edit from colors of some Gaussians, however they are known.
+    """Learn an edit from known colors of some Gaussians.
 
     Args:
         scene: N Gaussians before the edit.
-        rows: [n] n >= 1 of these.
+        rows: [n] rows of these, n >= 1.
         before: [n, 3] their colors before the edit.
         after: [n, 3] and after it.
-        weights: [n] >= 0, how much each says.
+        weights: [n] >= 0, of each row.
         first_view: of the scene.
-        log_steps: [n] by how much the logarithms of their sizes grew; None for not at all.
+        log_steps: [n] growth of the logarithms of their sizes; None for none.
         num_bumps: see `learn_edit`.
     """
     weights = np.minimum(weights, np.quantile(weights, LARGEST_SHARE))
@@ -141,10 +140,10 @@ def learn_from_colors(
 
 
 def sampled(weights: F64, *, most: int = MOST_ROWS) -> tuple[Rows, F64]:
-    """Rows of at most so many strokes, ascending, and their weights.
+    """Rows of at most `most` strokes, ascending, and their weights.
 
-    Of many, they are drawn by the roots of their weights [n], and the roots are the weights of those that are
-    drawn: large strokes are there more often, but small ones too.
+    If there are more, rows are drawn with probability proportional to the roots of their weights [n], and
+    those roots become their weights: large strokes are drawn more often, but small ones too.
     """
     if len(weights) <= most:
         return np.arange(len(weights)), weights
@@ -155,7 +154,7 @@ def sampled(weights: F64, *, most: int = MOST_ROWS) -> tuple[Rows, F64]:
 
 
 def _log_steps(before: Array, after: Array) -> F64:
-    """[n] by how much the mean logarithm of scales [n, 3] grew; 0 where one has no extent."""
+    """[n] growth of the mean logarithm of scales [n, 3]; 0 for strokes without extent."""
     is_known = ((before > 0) & (after > 0)).all(axis=1)
     steps = np.zeros(len(before))
     ratios = after[is_known].astype(np.float64) / before[is_known]
@@ -164,7 +163,7 @@ def _log_steps(before: Array, after: Array) -> F64:
 
 
 def _sectors(means: Array, first_view: FirstView) -> Rows:
-    """[n] parts of a scene: sectors around the middle of its subject, so that each has all heights."""
+    """[n] part of the scene of each row: sectors around the subject, so that each has all heights."""
     axes = camera_axes(first_view.up, 0.0, 0.0)
     away = (means.astype(np.float64) - first_view.points.mean(axis=0)) @ axes.T
     turns = np.arctan2(away[:, 0], away[:, 2]) / (2 * np.pi) + 0.5
@@ -172,6 +171,6 @@ def _sectors(means: Array, first_view: FirstView) -> Rows:
 
 
 def _color_blocks(colors: F64) -> Rows:
-    """[n] parts of the colors [n, 3]: clusters, so that each that is held out lies apart from the others."""
+    """[n] part of the color space of each color [n, 3]: clusters, so that held-out colors lie apart."""
     labels = lloyd(colors.astype(np.float32), np.ones(len(colors)), NUM_BLOCKS).labels
     return np.asarray(labels % NUM_FOLDS, np.intp)

@@ -1,11 +1,10 @@
-"""A painting -> its marks: which way they run, how long and wide they are, how far they differ, and images.
+"""Learn the marks of a painting: direction, length, width, color variation, and images.
 
-Everything is measured on the picture alone, in a second or two: directions by the structure tensor
-(`mark_directions`), sizes by how fast colors change along and across them (`sizes`), the ground where
-there is evidence of it (`ground`), images of single marks (`cut`), and marks with their colors
-(`dictionary`). The relief stays 0, not known: light
-on ridges could not be told from what is painted. The skewness of slopes, which lit ridges have, differs by
-0.2 to 1 between relief 0 and 1 of a scene, and by 1 and more from scene to scene.
+Everything is measured in the picture alone, in a second or two: directions by the structure tensor
+(`mark_directions`), sizes by how fast colors change along and across marks (`sizes`), the ground if there is
+evidence of it (`ground`), images of single marks (`cut`), and marks with their colors (`dictionary`). The
+relief stays 0, unknown: light on ridges cannot be told from painted light. The skewness of slopes, which lit
+ridges have, differs by 0.2 to 1 between relief 0 and 1 of a scene, and by 1 and more from scene to scene.
 """
 
 import numpy as np
@@ -22,8 +21,8 @@ from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.style import StyleMarks
 
 MOST_GRID = 48  # directions along the longer side of a painting
-FINEST_SIDE = 2048  # pixels of a painting out of which marks are cut, likewise
-MOST_SIDE = 1024  # pixels of a painting in which marks are measured; larger ones are averaged
+FINEST_SIDE = 2048  # pixels, for cutting out marks; larger paintings are averaged
+MOST_SIDE = 1024  # pixels, for measuring marks; larger paintings are averaged
 LEAST_SIDE = 32  # pixels
 
 
@@ -31,9 +30,9 @@ def learn_marks(image: Array, num_marks: int = MANY) -> StyleMarks:
     """Learn the marks of a painting.
 
     Args:
-        image: [H, W, C] as `read_image` returns it: 1 to 4 channels, 0 to 1, display-encoded. What is
-            transparent is white, and has no directions.
-        num_marks: of its dictionary, at most; 0 for none.
+        image: [H, W, C] as `read_image` returns it: 1 to 4 channels, 0 to 1, display-encoded. Transparent
+            areas count as white, without directions.
+        num_marks: largest number in its dictionary; 0 for none.
 
     Raises:
         TypeError: if `image` is not an array.
@@ -57,7 +56,7 @@ def learn_marks(image: Array, num_marks: int = MANY) -> StyleMarks:
 
 
 def _grid(pairs: F64) -> F32:
-    """The means of directions over the cells of a small grid of the same aspect."""
+    """Mean directions in the cells of a small grid of the same aspect."""
     height, width = pairs.shape[:2]
     scale = min(1.0, MOST_GRID / max(height, width))
     rows, columns = max(1, round(height * scale)), max(1, round(width * scale))

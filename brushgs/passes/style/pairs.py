@@ -1,4 +1,4 @@
-"""Which Gaussian of an edited scene is which of the scene before."""
+"""Pair the Gaussians of an edited scene with those of the original."""
 
 from dataclasses import dataclass
 
@@ -9,18 +9,18 @@ from brushgs.passes.neighbours import nearest
 from brushgs.values.arrays import Array, Rows
 from brushgs.values.gaussians import Gaussians
 
-NEAR = 2e-3  # radii of the scene: what is further away is another Gaussian
-LEAST_SHARE = 0.1  # of the rows before that must be found: else these are two scenes
+NEAR = 2e-3  # radii of the scene: rows further apart are different Gaussians
+LEAST_SHARE = 0.1  # of the original rows that must be found; otherwise these are two scenes
 
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """Rows of two scenes that belong together.
+    """Corresponding rows of two scenes.
 
     Attributes:
         before: [n] rows of the scene before.
-        after: [n] theirs of the scene after.
-        are_rows: whether row i is row i, all of them.
+        after: [n] the corresponding rows of the scene after.
+        are_rows: whether all rows correspond by number.
     """
 
     before: Rows
@@ -29,10 +29,10 @@ class Pairs:
 
 
 def pair_rows(before: Gaussians, after: Gaussians) -> Pairs:
-    """Find which rows belong together: the same ones, or else the nearest.
+    """Find corresponding rows: by number, or else by nearest position.
 
     Raises:
-        ValueError: if there is no Gaussian, or too few lie where one of the other scene does.
+        ValueError: if there is no Gaussian, or too few positions of the two scenes agree.
     """
     for name, scene in (("before", before), ("after", after)):
         if len(scene) == 0:

@@ -1,8 +1,8 @@
-"""A painting -> its palette: a handful of named colors, and what of the painting is around each.
+"""The palette of a painting: a few named colors, each with samples of the similar colors in the painting.
 
-Pixels are sampled at even steps of opacity, clustered in OKLab, and every cluster is given by colors that
-stand for equal parts of it: a tree of halves with one pixel of each leaf, so that rare colors and tails are
-there in their share.
+Pixels are sampled at even steps of opacity and clustered in OKLab. Each cluster is stored as colors that
+stand for equal parts of it: halving it repeatedly and drawing one pixel of each leaf gives rare colors and
+tails their share.
 """
 
 import numpy as np
@@ -13,12 +13,12 @@ from brushgs.values.colors import oklab_of, rgb_of_oklab, split_alpha
 from brushgs.values.style import NamedColor, StylePalette
 
 MOST_COLORS, FEWEST_COLORS = 8, 5
-NUM_PIXELS = 1 << 16  # looked at of larger paintings
+NUM_PIXELS = 1 << 16  # sampled from larger paintings
 NUM_SAMPLES, FEWEST_SAMPLES = 768, 12  # of the palette, and of each color: 6 bytes each in a file
-# OKLab as clusters see it: chroma spans a third of the range of lightness, and names go by hue.
+# OKLab as clustered: chroma spans a third of the range of lightness, and names depend on hue.
 CHROMA_WEIGHT = 2.0
-NEAR = 0.075  # in that space: two colors nearer than this are one, if there are enough without
-REACH = 0.12  # OKLab: of the colors of a painting that are near to another one
+NEAR = 0.075  # in that space: colors nearer than this are merged, if enough remain
+REACH = 0.12  # OKLab: weight radius of the mean in `nearest_color`
 _ROUNDS = 20
 _SEED = 20160
 
@@ -27,12 +27,12 @@ def learn_palette(image: Array) -> StylePalette:
     """The palette of a painting.
 
     Args:
-        image: [H, W, C] as `read_image` returns it: gray or RGB, with or without alpha; what is transparent
-            does not count.
+        image: [H, W, C] as `read_image` returns it: gray or RGB, with or without alpha; transparent areas do
+            not count.
 
     Returns:
-        5 to 8 colors, the most frequent first, fewer where there are not so many different ones. Equal
-        paintings give equal palettes.
+        5 to 8 colors, the most frequent first; fewer if the painting has fewer. Equal paintings give equal
+        palettes.
 
     Raises:
         TypeError: if `image` is not an array.
@@ -51,7 +51,7 @@ def learn_palette(image: Array) -> StylePalette:
     for label in order:
         rows = np.flatnonzero(labels == label)
         middle = rgb_of_oklab(lab[rows].mean(axis=0, keepdims=True) / (1, CHROMA_WEIGHT, CHROMA_WEIGHT))[0]
-        middle = np.rint(255 * np.clip(middle, 0, 1)) / 255  # as a file has it
+        middle = np.rint(255 * np.clip(middle, 0, 1)) / 255  # rounded as in a file
         share = len(rows) / len(rgb)
         count = min(len(rows), max(FEWEST_SAMPLES, round(NUM_SAMPLES * share)))
         samples = rgb[_representatives(lab, rows, count, rng)]
@@ -69,14 +69,14 @@ def _sampled_pixels(image: Array, rng: np.random.Generator) -> F64:
     if len(sums) == 0 or not sums[-1] > 0:
         raise ValueError("learn_palette: image must have a pixel that is not transparent, got none")
     count = min(len(rgb), NUM_PIXELS)
-    # Uneven within the steps: a pattern that repeats, such as a weave, would be seen at one phase only.
+    # Jittered within the steps: a repeating pattern, such as a weave, would be sampled at one phase only.
     places = (np.arange(count) + rng.random(count)) / count * sums[-1]
     rows = np.minimum(np.searchsorted(sums, places, side="right"), len(rgb) - 1)
     return np.asarray(rgb[rows], np.float64)
 
 
 def _clusters(lab: F64) -> Rows:
-    """[n] the cluster of each color: bisected where the spread is largest, refined, near ones joined."""
+    """[n] the cluster of each color: split where the spread is largest, refined, near clusters merged."""
     labels = np.zeros(len(lab), np.intp)
     for new in range(1, MOST_COLORS):
         spreads = [_spread(lab[labels == label]) for label in range(new)]
@@ -100,7 +100,7 @@ def _clusters(lab: F64) -> Rows:
 
 
 def _spread(colors: F64) -> tuple[float, F64]:
-    """Sum of squared distances from the mean, and the direction in which it is largest."""
+    """Sum of squared distances from the mean, and the direction of largest spread."""
     if len(colors) < 2:
         return 0.0, np.array([1.0, 0, 0])
     values, axes = np.linalg.eigh(np.cov(colors.T, bias=True))
@@ -108,7 +108,7 @@ def _spread(colors: F64) -> tuple[float, F64]:
 
 
 def _refined(lab: F64, labels: Rows) -> Rows:
-    """Lloyd's iteration from these labels; no cluster is left empty."""
+    """Lloyd's iteration from these labels; no cluster becomes empty."""
     for _ in range(_ROUNDS):
         middles = _middles(lab, labels)
         scores = lab @ (2 * middles.T) - (middles**2).sum(axis=1)
@@ -126,7 +126,7 @@ def _middles(lab: F64, labels: Rows) -> F64:
 
 
 def _representatives(lab: F64, rows: Rows, count: int, rng: np.random.Generator) -> Rows:
-    """`count` of the rows, one of each of so many parts of equal size that halving leaves."""
+    """`count` of the rows, one from each of as many equal parts made by repeated halving."""
     if count <= 1:
         return rows[[int(rng.integers(len(rows)))]]
     first = count // 2
@@ -142,10 +142,9 @@ def _representatives(lab: F64, rows: Rows, count: int, rng: np.random.Generator)
 
 
 def nearest_color(palette: StylePalette, rgb: F64) -> F64:
-    """A color [3] of a painting that is near to another one [3].
+    """A color [3] of a painting near another one [3].
 
-    It is the mean of the painting's colors, weighted by how near they are in OKLab and how much of it they
-    cover.
+    It is the mean of the painting's colors, weighted by nearness in OKLab and by the area that they cover.
     """
     samples = np.clip(palette.samples, 0, 1)
     away = oklab_of(samples) - oklab_of(np.clip(rgb, 0, 1)[None])

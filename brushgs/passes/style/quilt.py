@@ -1,8 +1,8 @@
-"""The calm parts of a painting -> a map of colors and directions that closes around.
+"""A seamless all-around map of colors and directions, quilted from the calm parts of a painting.
 
-Blocks of colors and directions, averaged over cells of about 1 % of the height, are laid side by side, each
-from about the same height of the painting, mirrored or not, where it fits best what lies there. Columns are
-taken modulo the width, so the last blocks fit the first ones and there is no seam.
+Blocks of colors and directions, averaged over cells of about 1 % of the height, are laid side by side. Each
+comes from about the same height of the painting, mirrored or not, and is the one that fits its neighbors
+best. Columns wrap around, so the last blocks fit the first ones and there is no seam.
 Source: Efros and Freeman 2001, Image quilting for texture synthesis and transfer.
 """
 
@@ -17,23 +17,23 @@ from brushgs.values.colors import rgb_of_oklab
 from brushgs.values.style import StyleStage
 
 ROWS, COLUMNS = 96, 288  # cells of the map
-BORDER = 0.03  # of the shorter side: frames and margins of scans
-MOST_SIDE = 1024  # pixels of a painting that are looked at
+BORDER = 0.03  # of the shorter side: frames and scan margins, cut off
+MOST_SIDE = 1024  # pixels: larger paintings are averaged
 BLOCK, OVERLAP = 32, 12  # cells
-TRIES = 120  # blocks that are compared, half of them mirrored
-HEIGHT_SPREAD = 0.06  # standard deviation of where a block comes from, in heights
-FLOW = 0.15  # OKLab: how much a direction that is at right angles counts
-FILLED = 0.08  # cost of a block that is filled wholly, squares of OKLab
-AGAIN = 0.004  # cost of a block of the same place, likewise
+TRIES = 120  # candidate blocks, half of them mirrored
+HEIGHT_SPREAD = 0.06  # standard deviation of a block's source height around its target, in heights
+FLOW = 0.15  # OKLab: color difference that a right angle between directions counts as
+FILLED = 0.08  # cost of a block of filled cells only, squared OKLab
+AGAIN = 0.004  # cost of reusing a source place, squared OKLab
 _SEED = 20260
 
 
 def learn_stage(image: Array, flatness: float = 0.0) -> StyleStage:
-    """What surrounds the subject of a painting, as a map for the surroundings of any other.
+    """The surroundings in a painting, as a map for the surroundings of any subject.
 
     Args:
         image: [H, W, C] as `read_image` returns it, 32 x 32 pixels or more.
-        flatness: how far it is a print, 0 to 1.
+        flatness: how much the painting is a print, 0 to 1.
     """
     colors, flow = _cells(image)
     calm = calm_cells(colors, flatness)
@@ -55,7 +55,7 @@ def _cells(image: Array) -> tuple[F64, F64]:
 
 
 def _resized(field: F64, columns: int) -> F64:
-    """A field [h, w, k] over so many columns and `ROWS` rows: means over cells, smoothed to about one."""
+    """A field [h, w, k] resized to `ROWS` x `columns`: means over cells, smoothed to about one cell."""
     from scipy.ndimage import gaussian_filter, map_coordinates
 
     height, width = field.shape[:2]
@@ -71,8 +71,8 @@ def quilted(field: F64, calm: F64, *, seed: int = _SEED) -> F64:
 
     Args:
         field: OKLab and directions, w >= `BLOCK`.
-        calm: [ROWS, w] 1 where it was seen, 0 where it was filled.
-        seed: another one gives another map.
+        calm: [ROWS, w] 1 in original cells, 0 in filled ones.
+        seed: another seed gives another map.
     """
     rng = np.random.default_rng(seed)
     scale = np.array([1.0, 1.0, 1.0, FLOW, FLOW])
@@ -101,7 +101,7 @@ def _best(
     used: list[tuple[int, int]],
     rng: np.random.Generator,
 ) -> tuple[F64, tuple[int, int]]:
-    """The block that fits best what is laid, and where it comes from."""
+    """The block that best fits those already laid, and its source."""
     width = sources[0][0].shape[1]
     laid = np.maximum(np.count_nonzero(is_laid), 1)
     heights = np.clip(np.rint(top + rng.normal(0, HEIGHT_SPREAD * ROWS, TRIES)), 0, ROWS - BLOCK)

@@ -1,14 +1,14 @@
-"""A painting -> how long and how wide its marks are, and how far they differ in color.
+"""The length, width and color variation of the marks in a painting.
 
-What a painting depicts is coarser than its marks, and goes on varying at any distance. So the picture is
-high-passed: its blur at 3 % of the shorter side is taken off. Of what is left, the correlation of two points
-falls with their distance as the share of pairs in one mark does. It is measured along and across the marks,
-whose directions the structure tensor gives at their own scale.
+The subject of a painting is coarser than its marks and varies at any distance. So the picture is high-passed:
+its blur at 3 % of the shorter side is subtracted. In the rest, the correlation of two points falls with their
+distance like the share of point pairs within one mark. It is measured along and across the marks, whose
+directions the structure tensor gives at their own scale.
 
-For oblong marks that lie on each other at random ("dead leaves") this share is K / (2 A - K), A the area of a
-mark and K what it has in common with itself, shifted. The same high-pass is applied to this model, and the
-length and the width are those for which it falls to half where the picture does. So marks that are not small
-against the high-pass are measured right as well.
+For oblong marks that overlap at random ("dead leaves") this share is K / (2 A - K), with A the area of a mark
+and K the overlap of a mark with its shifted copy. The same high-pass is applied to this model. Length and
+width are those for which model and picture fall to half at the same distances. So marks that are not small
+relative to the high-pass are measured correctly as well.
 Sources: Matheron 1968, dead leaves; Lee, Mumford and Huang 2001, Occlusion models for natural images; Bigun
 and Granlund 1987, structure tensor.
 """
@@ -22,48 +22,49 @@ from brushgs.passes.style.averages import shorter_side
 from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.style import MarkSpectrum
 
-# Of the shorter side: deviation of the blur taken off. Where marks are as wide, only the blur is seen, which
-# is hardly longer than wide: then the next one is taken, as for washes. Long marks up to 1.4 times as wide
-# are found at most 25 % too narrow; the next blur would take what they depict for marks.
+# Standard deviation of the subtracted blur, of the shorter side. If marks are as wide as the blur, the
+# measured shape is that of the blur, hardly longer than wide: then the next is taken, as for washes. Long
+# marks up to 1.4 times as wide are measured at most 25 % too narrow; the next blur would measure the subject
+# instead.
 HIGH_PASSES = 0.03, 0.06, 0.12
 LONG, WIDEST_LONG = 4.0, 1.4
 # Long marks wider than this share of the first blur may be bands of narrower ones: half the blur is tried,
-# down to so many pixels. Of marks of one size it finds at least this share of their width.
+# down to this many pixels. For marks of one size that finds at least this share of their width.
 WIDE_FOR_FIRST = 0.8
 LEAST_BLUR = 3.0
 ONE_SIZE = 0.85
 FINE = 1.2  # pixels: standard deviation of the smoothing before slopes are taken
-AREA = 0.025  # of the shorter side: that of the area over which slopes are compared
-FAINT = 0.2  # of the mean energy of a high-passed picture: that of places without marks
-COHERENT = 0.5  # coherence of slopes from which on marks run side by side
+AREA = 0.025  # of the shorter side: deviation of the window of the structure tensor
+FAINT = 0.2  # of the mean energy of a high-passed picture: below, there are no marks
+COHERENT = 0.5  # coherence from which marks count as running side by side
 NUM_SAMPLES = 24_000  # places of a picture
-CLEARNESS = 0.5  # power of the coherence by which places count
+CLEARNESS = 0.5  # exponent of the coherence as a weight
 NUM_FAR = 20  # distances beyond 8 pixels, in equal ratios
 LEAST_CLEAR = 0.05  # weight of places where marks have no direction
-FARTHEST = 4.0  # times that deviation: distances at which points are compared
-CELLS = 10  # along the shorter side: areas in which sizes are measured for the spectrum
+FARTHEST = 4.0  # largest distance between compared points, in deviations of the blur
+CELLS = 10  # along the shorter side: areas whose sizes make up the spectrum
 LEAST_OF_CELL = 60  # samples
 PERCENTILES = (20, 50, 80)
 MOST_ASPECT = 20.0
-STEPS = 7  # of fitting the model: by then within 1 %
-GRID = 256  # points of the model, a side
-SCAN = 0.45  # pixels: how far a point of a picture is blurred
+STEPS = 7  # of fitting the model, which is then within 1 %
+GRID = 256  # points of the model per side
+SCAN = 0.45  # pixels: blur of a picture by its sampling
 LEAST_WIDTH = 1.0  # pixels
-SURE_OF_DEVIATION = 0.6745 * np.sqrt(2)  # median of the difference of two normal numbers, over the deviation
+SURE_OF_DEVIATION = 0.6745 * np.sqrt(2)  # median distance of two normal numbers, in deviations
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """Of the marks of a painting.
+    """Sizes of the marks of a painting.
 
     Attributes:
-        length: along, a share of the shorter side.
-        width: across, likewise.
-        lightness: standard deviation by which marks differ from those beside them, OKLab.
-        chroma: the same in a and b.
-        coherent: where marks run side by side; None where the painting has no such area.
-        incoherent: where they do not; likewise.
-        flow: [2, H, W] angles of the marks of the picture measured, and how coherent they are, 0 to 1.
+        length: along, share of the shorter side.
+        width: across, share of the shorter side.
+        lightness: standard deviation of lightness between adjacent marks, OKLab.
+        chroma: the same for a and b.
+        coherent: sizes where marks run side by side; None if the painting has no such area.
+        incoherent: sizes where they do not; likewise.
+        flow: [2, H, W] angles of the marks in the measured picture, radians, and their coherence, 0 to 1.
     """
 
     length: float
@@ -82,11 +83,11 @@ class Sizes:
 
 @dataclass(frozen=True, eq=False)
 class _Samples:
-    """Places of a picture.
+    """Sampled places of a picture.
 
     Attributes:
         x, y: [n] pixels.
-        angles: [n] of the marks there.
+        angles: [n] of the marks there, radians.
         coherence: [n] 0 to 1.
         cells: [n] the area that a place belongs to.
     """
@@ -99,7 +100,7 @@ class _Samples:
 
 
 def mark_sizes(lab: Array) -> Sizes:
-    """Measure marks.
+    """Measure the marks of a painting.
 
     Args:
         lab: [3, H, W] OKLab of a painting.
@@ -112,10 +113,10 @@ def mark_sizes(lab: Array) -> Sizes:
 
 
 def _of_streaks(lab: Array, found: Sizes, share: float) -> Sizes:
-    """The sizes of the streaks that bands consist of; as found where long marks are of one size.
+    """The sizes of the streaks that bands consist of; `found` if long marks have one size.
 
-    A narrower blur finds narrower marks in bands, and about the same width for marks of one size, for which
-    it is too narrow. Streaks are as long as their bands, since a narrow blur also takes away what differs
+    A narrower blur measures narrower marks in bands; for marks of one size it is too narrow, and measures
+    about the same width. Streaks get the length of their bands, since a narrow blur also removes variation
     along them.
     """
     wide, short = found, shorter_side(lab.shape[1:])
@@ -129,7 +130,7 @@ def _of_streaks(lab: Array, found: Sizes, share: float) -> Sizes:
 
 
 def _sizes_below(lab: Array, share: float) -> Sizes:
-    """Sizes of marks, measured on what is left without a blur of a share of the shorter side."""
+    """Sizes of marks, measured after subtracting a blur of a share of the shorter side."""
     short = shorter_side(lab.shape[1:])
     high_pass = share * short
     fine = _high_passed(lab.astype(np.float32), high_pass)
@@ -178,7 +179,7 @@ def _flow(fine: Array, short: float) -> Array:
 
 
 def _samples(flow: Array, short: float) -> _Samples:
-    """Places all over a picture."""
+    """Sample places all over a picture."""
     height, width = flow.shape[1:]
     angles, coherence = flow
     rng = np.random.default_rng(0)
@@ -189,7 +190,7 @@ def _samples(flow: Array, short: float) -> _Samples:
 
 
 def _correlations(fine: Array, samples: _Samples, angles: F64, distances: F64) -> F64:
-    """[K, n] scalar products of the colors at places and at a distance from them, the mean of both ways."""
+    """[K, n] scalar products of colors at places and at a distance from them, mean of both directions."""
     here = _colors(fine, samples.x, samples.y)
     found = np.empty((len(distances), here.shape[1]))
     step_x, step_y = np.cos(angles), np.sin(angles)
@@ -203,7 +204,7 @@ def _correlations(fine: Array, samples: _Samples, angles: F64, distances: F64) -
 
 
 def _colors(lab: Array, x: F64, y: F64) -> F64:
-    """[3, n] between those of the four next pixels: a tenth of the time of `map_coordinates`."""
+    """[3, n] bilinear interpolation: a tenth of the time of `map_coordinates`."""
     height, width = lab.shape[1:]
     x, y = np.clip(x, 0, width - 1.001), np.clip(y, 0, height - 1.001)
     j, i = x.astype(np.intp), y.astype(np.intp)
@@ -226,7 +227,7 @@ def _fitted(along: float, across: float, high_pass: float) -> tuple[float, float
 
 def _model_half_at(length: float, width: float, high_pass: float) -> tuple[float, float]:
     """Where the correlation of high-passed dead leaves falls to half, along and across, pixels."""
-    # Either axis has its own step, so that both sides of long marks are seen by enough points.
+    # Each axis has its own step, so that enough points cover both sides of long marks.
     steps = [max(12 * max(size, high_pass) / GRID, size / 40) for size in (length, width)]
     offsets = [step * np.minimum(np.arange(GRID), GRID - np.arange(GRID)) for step in steps]
     common = np.maximum(1 - offsets[0] / length, 0)[:, None] * np.maximum(1 - offsets[1] / width, 0)
@@ -239,7 +240,7 @@ def _model_half_at(length: float, width: float, high_pass: float) -> tuple[float
 
 
 def _half_at(distances: F64, falling: F64) -> float:
-    """The distance at which half of the first value is reached; the last where it is not."""
+    """The distance at which half of the first value is reached; the last distance if it is not."""
     below = np.flatnonzero(falling < 0.5 * falling[0])
     if len(below) == 0 or below[0] == 0:
         return float(distances[-1])
@@ -251,7 +252,7 @@ def _half_at(distances: F64, falling: F64) -> float:
 def _spectrum(
     along: F64, across: F64, distances: F64, high_pass: float, samples: _Samples, mask: Mask, short: float
 ) -> MarkSpectrum | None:
-    """Of the places of a mask; None where no area has enough."""
+    """The spectrum of sizes at the places of a mask; None if no area has enough of them."""
     found = []
     for cell in np.unique(samples.cells[mask]):
         own = np.flatnonzero(mask & (samples.cells == cell))
@@ -260,7 +261,7 @@ def _spectrum(
             found.append((max(halves), min(halves)))
     if not found:
         return None
-    # The model is fitted to percentiles, not to each area: it rises evenly, and takes longer than all else.
+    # The model is fitted to percentiles, not to each area: it is monotone, and the slowest step.
     percentiles = np.percentile(np.array(found), PERCENTILES, axis=0)
     sizes = np.array([_fitted(float(u), float(v), high_pass) for u, v in percentiles]) / short
     lengths, widths = np.sort(np.minimum(sizes, 1.0), axis=0).T.tolist()  # no mark is longer than the picture
@@ -268,7 +269,7 @@ def _spectrum(
 
 
 def _differences(lab: Array, samples: _Samples, distance: float) -> tuple[float, float]:
-    """Deviation of lightness, and of chroma, between marks that lie beside each other."""
+    """Deviation of lightness and of chroma between adjacent marks."""
     turned = samples.angles + np.pi / 2
     beside = samples.x + distance * np.cos(turned), samples.y + distance * np.sin(turned)
     differences = np.abs(_colors(lab, *beside) - _colors(lab, samples.x, samples.y))

@@ -1,13 +1,13 @@
-"""The paint of a scene -> the palette of a painting: a smooth map of colors that keeps structure.
+"""Carry the paint of a scene to the palette of a painting, by a smooth color map that keeps structure.
 
-Colors are split into luma and two differences of chroma, all linear in display-encoded RGB. Structure is in
-luma: so luma after depends on luma before alone, by a rising curve whose slope is bounded, fitted to match
-the quantiles of the painting. Chroma is free: samples of the scene's paint, at their new luma, are carried to
-the painting's by sliced optimal transport, and a smooth function of color is fitted to where they arrived:
-an affine map and a sum of wide Gaussian bumps, by ridge regression. Equal colors stay equal, and what is
-noise in the transport is none in the map.
-Sources: Pitie, Kokaram and Dahyot 2007, Automated color grading using color distribution transfer;
-Rabin et al. 2011, Wasserstein barycenter and its application to texture mixing; Bonneel et al. 2015.
+Colors are split into luma and two chroma differences, all linear in display-encoded RGB. Structure is in
+luma: luma after depends on luma before alone, by a rising curve of bounded slope, fitted to match the
+quantiles of the painting. Chroma is free: samples of the scene's paint, at their new luma, are carried to the
+painting's by sliced optimal transport. A smooth function of color is fitted to the result: an affine map and
+a sum of wide Gaussian bumps, by ridge regression. Equal colors stay equal, and noise of the transport does
+not enter the map. Sources: Pitie, Kokaram and Dahyot 2007, Automated color grading using color distribution
+transfer; Rabin et al. 2011, Wasserstein barycenter and its application to texture mixing; Bonneel et al.
+2015.
 """
 
 from dataclasses import dataclass
@@ -22,22 +22,22 @@ from brushgs.values.colors import LUMINANCE, oklab_of, rgb_of_oklab
 from brushgs.values.style import Style, StylePalette
 
 NUM_SAMPLES = 1024  # of the scene's paint and of the painting, equally weighted
-SLOPES = 0.4, 2.5  # of the curve of luma
+SLOPES = 0.4, 2.5  # limits of the slope of the luma curve
 NUM_KNOTS = 17  # of the curve, from black to white
-KEPT = 0.005  # weight of squares of its slope less 1, as the paint has it, against squares of luma
+KEPT = 0.005  # weight of the squared difference of the slope from 1, by paint, against squared luma
 STIFFNESS = 0.02  # of the curve: weight of its second differences against the quantiles
 ROUNDS, DIRECTIONS = 24, 16  # of the sliced transport
 NUM_BUMPS = 96
 WIDTHS = 0.20, 0.10  # of the bumps: luma, chroma
-# Of the bumps, against a mean of squares: the first with which the map stretches differences of the paint's
-# colors at most so much. More would turn the noise of a gray scene into confetti.
+# Ridges of the bumps relative to their mean square: the first is used with which the map stretches color
+# differences of the paint at most this much. More would turn the noise of a gray scene into confetti.
 RIDGES = 0.004, 0.016, 0.064, 0.25, 1.0
 MOST_STRETCH = 9.0
-PURE = 0.95  # share of a painting that is less pure than its limit of chroma
-LEAST_CHROMA = 0.012  # OKLab: limit of chroma, about 4 of CIE, below which a painting is black and white
-KNEE = 0.7  # of a limit of chroma, from which on it is approached
-INK_EDGE = 0.03  # OKLab: how soft the change is from one color of a print to the next
-AFFINE_RIDGE = 1e-4  # of the slopes of chroma, and the largest of them, for the same reason
+PURE = 0.95  # share of a painting with less chroma than its limit
+LEAST_CHROMA = 0.012  # OKLab: a painting with a lower limit of chroma (about 4 in CIELAB) is black and white
+KNEE = 0.7  # share of a limit of chroma from which compression starts
+INK_EDGE = 0.03  # OKLab: softness of the change from one color of a print to the next
+AFFINE_RIDGE = 1e-4  # ridge of the slopes of chroma, and their largest value, for the same reason
 MOST_SLOPE = 3.0
 _SEED = 20161
 
@@ -48,14 +48,14 @@ _JOIN = np.linalg.inv(_SPLIT)
 
 @dataclass(frozen=True, eq=False)
 class PaletteMap:
-    """The colors of a scene -> those of a painting, a `ColorMap`.
+    """A color map from a scene to a painting, a `ColorMap`.
 
     Attributes:
         knots: [K] luma before, rising, evenly spaced.
-        lumas: [K] luma after; from knot to knot a cubic of continuous slope, beyond them a line.
-        affine: [2, 4] chroma after = affine[:, :3] @ (luma, chroma) + affine[:, 3], and to it
-        centers: [B, 3] bumps in luma and chroma before,
-        weights: [B, 2] times what each adds.
+        lumas: [K] luma after; a cubic of continuous slope between knots, linear beyond them.
+        affine: [2, 4] chroma after = affine[:, :3] @ (luma, chroma) + affine[:, 3], plus the bumps.
+        centers: [B, 3] of the bumps in luma and chroma before.
+        weights: [B, 2] what each bump adds.
     """
 
     knots: F64
@@ -107,10 +107,10 @@ def is_grey(palette: StylePalette | None) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class ChromaLimit:
-    """A limit of chroma that is approached smoothly, a `ColorMap`; lightness and hue stay.
+    """A soft limit of chroma, a `ColorMap`; lightness and hue stay.
 
     Attributes:
-        most: OKLab chroma; 0 gives grays.
+        most: largest OKLab chroma; 0 gives grays.
     """
 
     most: float
@@ -137,10 +137,11 @@ class ChromaLimit:
 
 @dataclass(frozen=True, eq=False)
 class FlatColors:
-    """Tones of a print: each goes most of the way to that of the nearest of a few colors, a `ColorMap`.
+    """The tones of a print: each moves most of the way to the tone of the nearest of a few colors, a
+    `ColorMap`.
 
-    Smooth, so that tones between two of them do not jump. Hue and chroma stay: a print has more of both than
-    a few colors tell.
+    It is smooth, so tones between two of them do not jump. Hue and chroma stay: a print has more of both than
+    a few colors show.
 
     Attributes:
         inks: [K, 3] OKLab.
@@ -151,7 +152,7 @@ class FlatColors:
     share: float
 
     def flat(self, lab: F64) -> F64:
-        """[N, 3] OKLab after, of OKLab before."""
+        """[N, 3] OKLab after, from OKLab before."""
         squares = ((lab[:, None] - self.inks) ** 2).sum(axis=2)
         weights = np.exp(-0.5 * (squares - squares.min(axis=1, keepdims=True)) / INK_EDGE**2)
         wanted = (weights / weights.sum(axis=1, keepdims=True)) @ self.inks[:, 0]
@@ -162,16 +163,16 @@ class FlatColors:
         return rgb_of_oklab(self.flat(oklab_of(rgb)))
 
     def slopes(self, rgb: F64, after: F64, features: StrokeFeatures | None = None) -> F64:
-        """One for all: between two tones the map is steep, and would stretch what changes with the view."""
+        """Slope 1 everywhere: between two tones the map is steep and would amplify view-dependent color."""
         return np.tile(np.eye(3), (len(rgb), 1, 1))
 
 
 def flat_colors(style: Style, share: float = 1.0) -> FlatColors:
-    """The colors of a painting, as far as it is a print.
+    """The flat colors of a painting, as far as it is a print.
 
     Args:
         style: with a palette.
-        share: of the way to them, where it is one wholly.
+        share: of the way to them, if the painting is entirely a print.
     """
     assert style.palette is not None
     rgb = np.array([color.rgb for color in style.palette.colors])
@@ -192,20 +193,20 @@ def palette_map(palette: StylePalette, rgb: Array, weights: Array) -> ColorMap:
     Args:
         palette: of the painting.
         rgb: [N, 3] colors of the scene's paint, display-encoded.
-        weights: [N] >= 0, how much of it each is, see `brushgs.passes.color.recolor.painted_weights`.
+        weights: [N] >= 0, amount of each, see `brushgs.passes.color.recolor.painted_weights`.
 
     Raises:
         TypeError: if an argument is not an array.
         ValueError: if the shapes do not fit.
 
-    Equal inputs give equal maps. Where there is no paint the map changes nothing.
+    Equal inputs give equal maps. Without paint the map changes nothing.
     """
     check("palette_map", rgb=(rgb, "N 3"), weights=(weights, "N"))
     if not len(rgb) or not weights.sum() > 0:
         return Affine(np.eye(3), np.zeros(3))
     rng = np.random.default_rng(_SEED)
     source = _even(np.asarray(rgb, np.float64), np.asarray(weights, np.float64), rng) @ _SPLIT.T
-    samples = np.clip(palette.samples, 0, 1)  # an artist may have moved a color to the border
+    samples = np.clip(palette.samples, 0, 1)  # an artist may have moved a color out of range
     target = _even(samples, palette.weights, rng) @ _SPLIT.T
     knots, lumas = _luma_curve(source[:, 0], target[:, 0])
     start = PaletteMap(knots, lumas, np.zeros((2, 4)), np.zeros((0, 3)), np.zeros((0, 2)))
@@ -228,7 +229,7 @@ def _even(colors: F64, weights: F64, rng: np.random.Generator) -> F64:
 
 
 def _luma_curve(source: F64, target: F64) -> tuple[F64, F64]:
-    """Knots, and the luma at each: nearest to the quantiles of both, with bounded slope."""
+    """Knots, and the luma at each: a fit to the quantiles of both, with bounded slope."""
     knots = np.linspace(0, 1, NUM_KNOTS)
     step = knots[1]
     before, after = np.sort(source), np.sort(target)
@@ -242,7 +243,7 @@ def _luma_curve(source: F64, target: F64) -> tuple[F64, F64]:
     stiff[pieces[:-1], pieces[:-1] + 1], stiff[pieces[:-1], pieces[:-1] + 2] = -1, 1
     stiff *= STIFFNESS
     shares = np.bincount(row, minlength=NUM_KNOTS - 1) / len(before)
-    kept = np.sqrt(KEPT * shares + 1e-6)  # toward slope 1, also where there is no paint
+    kept = np.sqrt(KEPT * shares + 1e-6)  # toward slope 1, also without paint
     structure = np.zeros((NUM_KNOTS - 1, NUM_KNOTS))
     structure[pieces, pieces + 1] = kept
     rows = np.vstack([matrix, stiff, structure])
@@ -264,13 +265,13 @@ def _transported(source: F64, target: F64, rng: np.random.Generator) -> F64:
         order = np.argsort(along, axis=0)
         ways = np.empty_like(along)
         np.put_along_axis(ways, order, np.sort(there, axis=0) - np.take_along_axis(along, order, 0), 0)
-        # Three directions in space say three times what one does.
+        # Three orthogonal directions carry three times the information of one.
         moved[:, 1:] += (3 / DIRECTIONS) * (ways @ directions)[:, 1:]
     return moved[:, 1:]
 
 
 def _fitted(source: F64, arrived: F64, ridge: float) -> tuple[F64, F64, F64]:
-    """The affine part, the centers and the weights of the bumps: see `PaletteMap`."""
+    """The affine part, the centers and the weights of the bumps, see `PaletteMap`."""
     mean, goal = source.mean(axis=0), arrived.mean(axis=0)
     away = source - mean
     scatter = away.T @ away / len(source) + AFFINE_RIDGE * np.eye(3)

@@ -1,9 +1,8 @@
-"""A painting, a scene or its strokes -> the words that fit: colors, light, marks, each with its figure.
+"""Words that fit a painting, a scene or its strokes: colors, light and marks, each with its figure.
 
-All of it is computed from colors and shapes, by thresholds that stand below: there is no model of language,
-nothing is known of what is depicted. A word fits by 1/2 at its threshold, and by more beyond; the words of
-one scale are its two ends, so at most one of them fits. Colors are OKLab; lengths are shares of the shorter
-side of the picture.
+Words follow from colors and shapes by the thresholds below. There is no language model, and nothing is known
+of what is depicted. A word fits by 1/2 at its threshold, and by more beyond; the two words of a scale are its
+ends, so at most one of them fits. Colors are OKLab; lengths are shares of the shorter side of the picture.
 """
 
 from collections.abc import Iterator
@@ -24,14 +23,14 @@ from brushgs.values.colors import oklab_of
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.style import Style, StyleMarks, StylePalette
 
-FITS = 0.5  # from which on a word fits
-LARGE_SHARE = 0.2  # of a painting: a color that large fits by 1/2
-SMALL_SHARE = 0.04  # a color below is not named
+FITS = 0.5  # least fit of a word
+LARGE_SHARE = 0.2  # of a painting: a color with this share fits by 1/2
+SMALL_SHARE = 0.04  # a color with a smaller share is not named
 WARMEST = np.radians(65.0)  # hue between orange and yellow
-GREY = 0.02  # chroma to which warmth and number of hues do not speak of what is colored
-NUM_COLORS = 1 << 14  # by which the strokes of a scene are looked at
-NUM_NEIGHBORS = 6  # beside a stroke, in the picture
-MOST_SEEN = 0.9  # of a picture: the strokes that make up so much of it are its marks, the rest lies behind
+GREY = 0.02  # chroma up to which colors count neither for warmth nor for the number of hues
+NUM_COLORS = 1 << 14  # largest number of strokes of a scene that are examined
+NUM_NEIGHBORS = 6  # around a stroke, in the picture
+MOST_SEEN = 0.9  # of a picture: its largest strokes up to this share are marks, the rest is background
 GAUSSIAN_OF_BOX = 2 * np.pi / 16  # integral of a Gaussian over the area of its box of 2 deviations
 
 
@@ -41,8 +40,8 @@ class Word:
 
     Attributes:
         word: such as "muted".
-        fit: 1/2 to 1, or for a color share / (share + `LARGE_SHARE`).
-        figure: what it is judged by, such as "mean chroma".
+        fit: 1/2 to 1; for a color share / (share + `LARGE_SHARE`).
+        figure: the measure behind it, such as "mean chroma".
         value: of the figure.
     """
 
@@ -58,11 +57,11 @@ class Scale:
 
     Attributes:
         figure: its name.
-        low: word for what is below; empty for none.
+        low: word for low values; empty for none.
         below: where `low` fits by 1/2.
-        high: word for what is above; empty for none.
+        high: word for high values; empty for none.
         above: where `high` fits by 1/2.
-        step: by which a word fits by 0.73 in place of 1/2, in the unit of the figure.
+        step: from 1/2 to 0.73 of a fit, in the unit of the figure.
     """
 
     figure: str
@@ -81,7 +80,7 @@ class Scale:
 
 
 # Tuned by eye on three paintings (`tests/kit/paintings.py`), a still life, a plush animal and a chair, and
-# checked on a truck in a street and a skull: each got words that fit, and none that does not.
+# checked on a truck in a street and a skull: all words fitted.
 LIGHTNESS = Scale("mean lightness", "dark", 0.48, "high-key", 0.72, 0.05)
 CONTRAST = Scale("range of lightness", "low in contrast", 0.35, "strong in contrast", 0.62, 0.06)
 CHROMA = Scale("mean chroma", "muted", 0.055, "vivid", 0.12, 0.015)
@@ -98,7 +97,7 @@ RELIEF = Scale("relief", "", 0.0, "thick", 0.3, 0.1)
 
 
 def words_of_style(style: Style) -> list[Word]:
-    """The words that fit a style, best first; none of a style that is an edit.
+    """The words that fit a style, best first; none if the style is an edit.
 
     Args:
         style: of a painting.
@@ -114,7 +113,7 @@ def words_of_style(style: Style) -> list[Word]:
 def words_of_strokes(strokes: Gaussians, camera: Camera, *, num_threads: int | None = None) -> list[Word]:
     """The words that fit strokes, or the Gaussians of a scene, as a camera sees them, best first.
 
-    Each counts by what it makes up of the picture. The marks are what is drawn: of a scene that was not
+    Each stroke is weighted by its share of the picture. Marks are what is drawn: for a scene that was not
     clustered its Gaussians, which are fine.
 
     Args:
@@ -123,7 +122,7 @@ def words_of_strokes(strokes: Gaussians, camera: Camera, *, num_threads: int | N
         num_threads: None takes the processors available to this process. The result does not depend on it.
 
     Returns:
-        The words; none if nothing is seen.
+        The words; none if nothing is visible.
     """
     options = RenderOptions.of(StrokeTexture.open("ellipse"), num_threads=num_threads)
     boxes, _ = project_with(strokes, camera, options)
@@ -137,7 +136,7 @@ def words_of_strokes(strokes: Gaussians, camera: Camera, *, num_threads: int | N
     half = boxes.half_extents[rows].astype(np.float64)
     width, length = 2 * np.sort(half, axis=1).T
     aspect = length / np.maximum(width, 1e-9)
-    # Twice the angle of the longer side: a quarter turn where that is across.
+    # Twice the angle of the longer side, turned by a quarter if that is the height of the box.
     angles = 2 * boxes.angles[rows].astype(np.float64) + np.where(half[:, 1] > half[:, 0], np.pi, 0.0)
     pairs = (weights * (1 - 1 / np.maximum(aspect, 1)))[:, None] * np.stack(
         [np.cos(angles), np.sin(angles)], 1
@@ -156,7 +155,7 @@ def words_of_strokes(strokes: Gaussians, camera: Camera, *, num_threads: int | N
 
 
 def _of_colors(palette: StylePalette) -> list[Word]:
-    """Names of colors, light and color as a whole."""
+    """Words for colors, light, and color as a whole."""
     found: list[Word] = []
     shares: dict[str, float] = {}
     for color in palette.colors:
@@ -199,11 +198,11 @@ def _of_marks(marks: StyleMarks) -> list[Word]:
 
 
 def _of_directions(pairs: F64, beside: F64) -> list[Word]:
-    """How directions agree over all, and with those beside them.
+    """Words for how directions agree overall, and with their neighbors.
 
     Args:
-        pairs: [n, 2] twice the angle, times how much it counts.
-        beside: [n, 2] the sum of those of the neighbors.
+        pairs: [n, 2] the doubled angle as a vector, times its weight.
+        beside: [n, 2] the sum over the neighbors.
     """
     clear = np.linalg.norm(pairs, axis=1)
     total = float(clear.sum())
@@ -225,7 +224,7 @@ def _ranked(words: list[Word]) -> list[Word]:
 
 
 def _neighbors(centers: F64) -> np.ndarray:
-    """[n, k] rows of those beside each in the picture."""
+    """[n, k] rows of the neighbors of each in the picture."""
     count = min(NUM_NEIGHBORS, len(centers) - 1)
     if count < 1:
         return np.zeros((len(centers), 1), np.intp)
@@ -234,7 +233,7 @@ def _neighbors(centers: F64) -> np.ndarray:
 
 
 def _sampled(colors: F64, weights: F64) -> F64:
-    """[S, 3] colors, each as often as it weighs: at even steps through the sum of weights."""
+    """[S, 3] colors, each as often as its weight says: at even steps through the sum of weights."""
     total = np.cumsum(weights)
     places = (np.arange(NUM_COLORS) + 0.5) / NUM_COLORS * total[-1]
     return np.asarray(colors[np.searchsorted(total, places)])
