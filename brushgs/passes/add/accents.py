@@ -1,4 +1,4 @@
-"""A painting and its scene -> a few small strokes of pure light and dark, to be laid last.
+"""Accents: a few small strokes of pure light and dark, laid last.
 
 Merged strokes have the mean color of their members, so a painting loses the extreme lights and darks of its
 scene, such as the highlight in an eye. Accents in these colors are laid where they are missing most.
@@ -24,7 +24,7 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import shift_base_colors
 
-# Accents of a painting of 4800 strokes and more; of fewer one to 80 strokes, and of less than 400 none.
+# Number of accents in a painting of 4800 strokes and more; below that one per 80 strokes, below 400 none.
 NUM_ACCENTS, STROKES_EACH, LEAST_STROKES = 60, 80, 400
 EXTREMES = 0.05  # share of the pixels of views that is light, and the same for dark
 LEAST_CONTRAST = 0.08  # OKLab L, minimum difference of lights and darks from the middle
@@ -123,7 +123,7 @@ def _pure(
     """
     sign, lightness = end
     rows = np.flatnonzero(lacks > 0)
-    # Those that lack most, ties by position; no accent would be chosen from more.
+    # The Gaussians with the largest lack, ties by position; further ones would never be chosen.
     rows = rows[np.lexsort((*gaussians.means[rows].T, -lacks[rows]))[: MOST_PLACES * count]]
     lab = _extremes(gaussians.means[rows].astype(np.float64), views, sign)
     are_pure = sign * (lab[:, 0] - lightness) >= 0

@@ -1,8 +1,8 @@
-"""What lies behind the edges of a scene predicted from one photograph, painted from what surrounds it.
+"""Fill what a photograph hides: Gaussians behind the edges of a scene predicted from it.
 
-From the side, a gap opens between what is near and what lies behind it, and at the borders of the picture.
-There the nearest surface behind goes on, in its colors and at its depth (layered depth images, Shade et al.
-1998).
+When the camera sways, gaps open between near and far surfaces, and at the borders of the picture. They are
+filled by continuing the nearest surface behind, in its colors and at its depth (layered depth images, Shade
+et al. 1998).
 """
 
 from dataclasses import replace
@@ -18,13 +18,13 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of
 from brushgs.values.sh import in_colors
 
-SIDE = 240  # pixels of the longer side of the picture in which gaps are found
-DEEPER = 1.1  # times as far away as a surface, what lies behind it
-PAINTED = 0.5  # alpha of a surface
-NEAREST, FARTHEST = 0.02, 0.98  # quantiles of the depths
-WIDEST = 0.35  # of the longer side, a gap
-OVERLAP, THIN = 0.8, 0.05  # of a Gaussian: its sizes in pixels, across and along the view
-BLUR = 2.0  # pixels, of the colors
+SIDE = 240  # pixels of the longer side of the picture for finding gaps
+DEEPER = 1.1  # minimum depth ratio of the surface behind to the surface in front
+PAINTED = 0.5  # minimum alpha of a surface
+NEAREST, FARTHEST = 0.02, 0.98  # quantiles of the depths that count as nearest and farthest
+WIDEST = 0.35  # maximum width of a gap, share of the longer side
+OVERLAP, THIN = 0.8, 0.05  # sizes of a Gaussian in pixels, across and along the view
+BLUR = 2.0  # pixels, blur of the colors
 OPACITY = 0.99
 
 
@@ -33,11 +33,12 @@ def behind(gaussians: Gaussians, photograph: Photograph, angle: float) -> Gaussi
 
     Args:
         gaussians: the scene.
-        photograph: that it was predicted from.
-        angle: to each side to which the camera sways, radians.
+        photograph: the photograph that it was predicted from.
+        angle: largest turn of the swaying camera to each side, radians.
 
     Returns:
-        One for each pixel of a small picture in which a gap may open, view-independent; maybe none.
+        One Gaussian for each pixel of a small picture at which a gap may open, view-independent; possibly
+        none.
     """
     small = photograph.camera.in_side(SIDE)
     seen = plain_views(gaussians, [small], depth=True).frames[0]
@@ -58,7 +59,7 @@ def behind(gaussians: Gaussians, photograph: Photograph, angle: float) -> Gaussi
 
 
 def _widest_gap(depths: F64, camera: Camera, photograph: Photograph, angle: float) -> int:
-    """Pixels by which near and far move against each other as the camera sways."""
+    """Largest displacement of near against far surfaces as the camera sways, pixels."""
     near, far = np.quantile(depths, (NEAREST, FARTHEST))
     pivot = float(camera.viewmat[2, :3] @ photograph.pivot + camera.viewmat[2, 3])
     moved = (
@@ -68,14 +69,14 @@ def _widest_gap(depths: F64, camera: Camera, photograph: Photograph, angle: floa
 
 
 def _with_border(camera: Camera, border: int) -> Camera:
-    """The camera with a border of so many pixels around its picture."""
+    """The camera with a border of `border` pixels added around its picture."""
     K = camera.K.copy()
     K[:2, 2] += border
     return replace(camera, K=K, width=camera.width + 2 * border, height=camera.height + 2 * border)
 
 
 def _nearest(mask: Mask) -> NDArray[np.int32]:
-    """[2, H, W] row and column of the nearest pixel of a mask; each pixel itself where it is empty."""
+    """[2, H, W] row and column of the nearest pixel in a mask; of the pixel itself if the mask is empty."""
     if not mask.any():
         return np.indices(mask.shape, np.int32)
     found: NDArray[np.int32] = distance_transform_edt(~mask, return_distances=False, return_indices=True)
@@ -87,7 +88,7 @@ def _blurred(colors: F32) -> F32:
 
 
 def _on_rays(like: Gaussians, camera: Camera, depth: F64, colors: F32, mask: Mask) -> Gaussians:
-    """Round Gaussians that face the camera, one in each pixel of a mask, at these depths."""
+    """Thin, round Gaussians that face the camera, one for each pixel of a mask, at these depths."""
     rows, columns = np.nonzero(mask & (depth > 0))
     z, num = depth[rows, columns], len(rows)
     rays = np.stack([columns + 0.5, rows + 0.5, np.ones(num)], axis=1) @ np.linalg.inv(camera.K).T

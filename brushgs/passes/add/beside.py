@@ -1,4 +1,4 @@
-"""How light a subject is beside the strokes of a stage, for counterchange."""
+"""The lightness of a subject beside the strokes of a stage, for counterchange."""
 
 from collections.abc import Sequence
 
@@ -12,23 +12,23 @@ from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
-SIDE, MOST_VIEWS = 160, 3  # pixels, longer side of the views that are looked at, and their number
-NEAR = 0.09  # of that side, deviation of the blur by which strokes are beside the subject
-LIFTED = 3.0  # factor of the difference to its middle tone
-FULL = 2.0  # of its coverage around a stroke, relative to the highest
+SIDE, MOST_VIEWS = 160, 3  # pixels, longer side of the examined views, and their maximum number
+NEAR = 0.09  # deviation of the blur that decides which strokes are beside the subject, share of that side
+LIFTED = 3.0  # factor on the difference from the subject's middle tone
+FULL = 2.0  # factor on the blurred coverage around a stroke, relative to the highest
 
 
 def beside(subject: Gaussians, strokes: Gaussians, cameras: Sequence[Camera]) -> F64:
-    """How light a subject is beside other strokes, as some views show them.
+    """How light a subject is beside other strokes, seen in some views.
 
     Args:
-        subject: N strokes whose colors are tones, the same in all channels.
+        subject: N strokes whose colors are tones, equal in all channels.
         strokes: n strokes of its stage.
         cameras: of the job.
 
     Returns:
-        [n] -1 beside its dark sides to 1 beside its light ones; 0 far from it, and for strokes that no view
-        shows.
+        [n] from -1 beside its dark sides to 1 beside its light sides; 0 far from it, and for strokes that no
+        view shows.
     """
     kernel = StrokeTexture.open("gaussian")
     total, count = np.zeros(len(strokes)), np.zeros(len(strokes))

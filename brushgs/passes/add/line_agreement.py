@@ -1,4 +1,4 @@
-"""Chains of several views -> chains fixed in space, each once.
+"""Merge the chains of several views into chains fixed in space, each line once.
 
 A line found in one view is searched for in the others at its projection, if visible. A line that another view
 found there is a duplicate and is dropped. A crease or mark that other views do not find is dropped too. A

@@ -1,4 +1,4 @@
-"""Edge points -> chains: ordered points of one line each.
+"""Link edge points into chains: the ordered points of one line each.
 
 Every point is linked to the best point before and after it along its edge if these links are mutual; ends
 that face each other over a small gap are linked too. The paths are ordered by following all links at once,

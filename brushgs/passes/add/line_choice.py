@@ -1,4 +1,4 @@
-"""Chains of a picture that are worth a line: long or strong, without the zigzag of texture.
+"""Choose the chains of a picture that are worth a line: long or strong, without the zigzag of texture.
 
 The limit depends on the picture: a face has few and faint edges, a truck has many. So faint lines are drawn
 only if a picture has few.

@@ -1,4 +1,4 @@
-"""A plain picture with its depth -> edge points, where a person would draw a line, with subpixel precision.
+"""Edge points of a plain picture with depth, where a person would draw a line, with subpixel precision.
 
 An edge is a step of color (OKLab) or of disparity, the inverse of depth. Coincident steps of both add up, so
 they give one line instead of two side by side. Slopes that continue over a wider window are shading or a
@@ -31,8 +31,8 @@ DISPARITY = 2.2  # of a step of disparity over that of the subject, in steps of 
 LEAST_DISPARITY = 0.025  # of that of the subject: the depth of trained scenes is as rough as this
 SURE_DISPARITY = 0.06  # above which an edge is surely an edge of depth
 MOST_DISPARITY = 0.25  # maximum that counts
-AGREED = 1.15  # of a straight edge, the inverse of how much its steps agree
-TEXTURE = 1.0  # of the mean step around that does not agree, which an edge must exceed
+AGREED = 1.15  # inverse of the agreement of steps along a straight edge: makes that 1
+TEXTURE = 1.0  # factor on the mean disagreeing step around, which an edge must exceed
 ALONE = (2.0, 4.5)  # edge strength over the mean of the surround: from texture to an edge that stands alone
 
 

@@ -1,4 +1,4 @@
-"""Chains in space -> strokes: each chain becomes a row of thin, nearly straight pieces that overlap.
+"""Turn chains in space into strokes: each chain becomes a row of thin, nearly straight, overlapping pieces.
 
 Where a chain bends, pieces are shorter: one over an arc of curvature k that is s long leaves it by s^2 k / 8,
 so a density of root(k / (8 d)) pieces leaves it by d everywhere. Unlike a polyline of the fewest corners

@@ -1,4 +1,4 @@
-"""Chains of a picture -> chains in space, by the depth of the plain picture on the near side of the edge."""
+"""Lift chains of a picture into space, by the depth of the plain picture on the near side of the edge."""
 
 from dataclasses import dataclass, fields
 
@@ -11,9 +11,9 @@ from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 
 PIXELS = 480_000  # 800x600, the picture size that widths and lengths refer to
-# Depth is read on the near side, px from the edge: beyond the outer place the picture mixes both sides. From
-# there on to the edge, that of something flat changes by 0.8 of its change between both places, that of
-# something round, which goes as the root of the distance, by 2.
+# Depth is read on the near side, at two distances from the edge in px: closer to the edge the picture mixes
+# both sides. From the outer position to the edge, depth changes by 0.8 of its change between the two
+# positions on a flat surface, and by 2 on a round one, where it goes with the root of the distance.
 INNER, OUTER = 4.5, 2.0
 ONWARD = 1.5
 MIXED = 0.06  # of the depth, between both positions: above it the outer one mixes both sides

@@ -10,24 +10,24 @@ from brushgs.passes.neighbours import nearest
 from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 
-NEAR, DARKEST = 10, 4  # strokes nearest to a piece, and the darkest of them, whose mean is the dark side
-LIGHT, DARK = 0.52, 0.12  # tones on the dark side from which nothing is pressed, and up to which all is
+NEAR, DARKEST = 10, 4  # strokes near a piece, and how many of them, the darkest, make up the dark side
+LIGHT, DARK = 0.52, 0.12  # tones on the dark side: pressure is none from the first on, full up to the second
 WIDTHS = (0.35, 1.6)  # of the least pressed line and the most, relative to the drawn width
 LEAST = 0.06  # pressure below which a line is lost
 REACH = 4  # pieces to each side over which pressure is averaged
-UNEVEN, WAVE = 0.25, 9.0  # of the pressure of a hand, and pieces of a wave of it
+UNEVEN, WAVE = 0.25, 9.0  # variation of a hand's pressure, and its period in pieces
 
 
 def pressed(lines: Lines, strokes: Gaussians, tones: F64) -> Lines:
-    """Lines in the weight of the tone beside them.
+    """Give lines the weight of the tone beside them.
 
     Args:
         lines: L pieces.
-        strokes: N of the scene.
-        tones: [N] of them, 0 (black) to 1 (white).
+        strokes: N strokes of the scene.
+        tones: [N] of the strokes, 0 (black) to 1 (white).
 
     Returns:
-        The pieces that are not lost, in their order, with other widths and opacities.
+        The remaining pieces, in their order, with other widths and opacities.
     """
     if len(lines) == 0 or len(strokes) == 0:
         return lines

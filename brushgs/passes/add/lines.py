@@ -1,4 +1,4 @@
-"""A scene and a few views of it -> its lines: silhouettes, creases and marks, as strokes fixed in space."""
+"""The lines of a scene, found in a few views: silhouettes, creases and marks, as strokes fixed in space."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,9 +1,10 @@
-"""A subject and what stands around it -> both, parted by lightness where they were alike in a view.
+"""Separate a subject from its surroundings by lightness, where both are alike in a view.
 
-A painting in the dark has dark surroundings, and its darks for the subject: both would be one. So along the
-outline of the subject, on small pictures, its lightness and that of what is behind are compared, and both
-give way until they differ: the subject, whose form the scene tells, most of the way, its surroundings, whose
-values are the painting's, as little as is left. What it stands on keeps its values.
+A dark painting has dark surroundings, and its darks in the subject: the two would merge. So along the outline
+of the subject, in small pictures, its lightness is compared with that of the background, and both move until
+they differ enough. The subject moves most of the way, since the scene shows its form; its surroundings, whose
+values come from the painting, move only by the small rest. The ground that the subject stands on keeps its
+values.
 """
 
 from collections.abc import Sequence
@@ -22,19 +23,19 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, shift_base_colors
 
-SIDE, MOST_VIEWS = 160, 3  # pixels of the longer side of the pictures; views
-NEAR = 4  # pixels on both sides of an outline
-GAP = 0.22  # OKLab lightness; 15 of CIE L* are 0.12 to 0.16, and contours, cut edges and shade take the rest
-OF_STAGE = 0.12  # share of what lacks that the surroundings give; the subject gives the rest
-DARKEST, LIGHTEST = 0.08, 0.94  # that either becomes for it, in the mean
-LEGIBLE = 0.38  # the least mean lightness of a subject, below which its form is lost in black
-DEAR = 2.0  # of a step of the surroundings, against one of the subject away from what it is in the scene
-CLOSE = 0.02  # of a lightness: near enough
-ROUNDS = 4  # ends of the range give less than they are asked for: what then lacks is asked for again
+SIDE, MOST_VIEWS = 160, 3  # pixels of the longer side of the small pictures; maximum number of views
+NEAR = 4  # pixels on each side of an outline
+GAP = 0.22  # target, OKLab lightness; 15 of CIE L* are 0.12 to 0.16, the rest is lost to contours and shade
+OF_STAGE = 0.12  # share of the missing difference that the surroundings take; the subject takes the rest
+DARKEST, LIGHTEST = 0.08, 0.94  # limits of the new mean lightness of either
+LEGIBLE = 0.38  # minimum mean lightness of a subject: below it, form is lost in black
+DEAR = 2.0  # cost of moving the surroundings, relative to moving the subject away from the scene
+CLOSE = 0.02  # tolerance of lightness
+ROUNDS = 4  # near the ends of the range strokes move less than requested: the rest is requested again
 
 
 class Lightness(NamedTuple):
-    """Means along the outline of a subject, OKLab: behind it, within, and within the scene's own picture."""
+    """Mean OKLab lightness along a subject's outline: behind it, inside, and inside in the plain picture."""
 
     stage: float
     subject: float
@@ -49,15 +50,15 @@ def set_off(
     ground: Ground | None = None,
     brushes: tuple[StrokeTexture | BrushSet, RenderOptions] | None = None,
 ) -> tuple[Gaussians, Gaussians]:
-    """Part what stands around a subject and its strokes by lightness; hues stay.
+    """Separate a subject and its surroundings by lightness; hues stay.
 
     Args:
         stage: the strokes around it.
         subject: its strokes, and those of its ground.
-        scene: the Gaussians of the subject and its ground, whose colors are those of the scene.
+        scene: the Gaussians of the subject and its ground, in the colors of the scene.
         cameras: of the job, at least one.
-        ground: that the scene brings, which need not stand out; None for none.
-        brushes: of the subject, through which some of the surroundings shows; None for a kernel.
+        ground: of the scene itself, which need not stand out; None for none.
+        brushes: of the subject, between whose bristles some of the surroundings shows; None for a kernel.
     """
     is_own, own = np.ones(len(subject), bool), scene
     if ground is not None:
@@ -78,7 +79,7 @@ def set_off(
 
 
 def parted(found: Lightness) -> tuple[float, float]:
-    """What is added to stage and subject: the way that is less far from painting and scene."""
+    """Changes of lightness of stage and subject: of both ways the one closer to painting and scene."""
     ways = [_way(found, sign) for sign in (1.0, -1.0)]
     before = abs(found.subject - found.scene)
     costs = [
@@ -89,7 +90,7 @@ def parted(found: Lightness) -> tuple[float, float]:
 
 
 def _way(found: Lightness, sign: float) -> tuple[float, float]:
-    """The same so that the subject is lighter, with a sign of 1, or darker, with -1."""
+    """The changes that make the subject lighter (sign 1) or darker (sign -1) than the stage."""
     stage, subject, _ = found
     need = max(GAP - sign * (subject - stage), 0.0)
     inside = float(np.clip(subject + sign * (1 - OF_STAGE) * need, LEGIBLE, LIGHTEST))
@@ -100,10 +101,10 @@ def _way(found: Lightness, sign: float) -> tuple[float, float]:
 
 
 def lightened(strokes: Gaussians, step: float, rows: Mask | None = None) -> Gaussians:
-    """Strokes, or some rows of them, with a step of OKLab lightness, in their hue and about their purity.
+    """Strokes, or some rows of them, changed by a step of OKLab lightness; hue and approximate purity stay.
 
-    What is lighter than their mean is lightened by less, and what is darker darkened by less, so that the
-    ends of the range stay.
+    Upward the step shrinks for strokes lighter than the mean, downward for darker ones, so that white and
+    black stay.
     """
     rgb = base_colors(strokes.sh).astype(np.float64)
     lab = oklab_of(np.clip(rgb, 0, 1))
@@ -133,7 +134,7 @@ def _lightness(
     plain: Sequence[tuple[Frame, Frame]],
     brushes: tuple[StrokeTexture | BrushSet, RenderOptions] | None,
 ) -> Lightness | None:
-    """What is seen at the outlines of the subject, the pictures of the scene and of it alone; or None."""
+    """Lightness at the outlines of the subject; None if it has none. `plain`: scene and subject alone."""
     from scipy.ndimage import binary_dilation
 
     near = np.ones((2 * NEAR + 1, 2 * NEAR + 1), bool)

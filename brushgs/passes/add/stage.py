@@ -29,7 +29,7 @@ from brushgs.values.sh import base_colors
 
 MOST_ROWS = 40_000  # maximum number of Gaussians that are examined: of more every n-th
 FRINGE = 1.5  # radius of a ground with its torn border, relative to its covered area
-LOW = 0.3  # of the height of a stage, below which strokes belong to the table
+LOW = 0.3  # of the height of a stage: strokes below belong to the table
 
 
 @dataclass(frozen=True, eq=False)

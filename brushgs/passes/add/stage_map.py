@@ -1,8 +1,8 @@
-"""A stage in the hand of paintings: its strokes take colors and directions from maps of their surroundings.
+"""Stages in the manner of paintings: strokes take colors and directions from maps of painted surroundings.
 
-A map lies around the subject: its rows go from the foot of the subject to the top of the pictures of a job,
-as the views see it, its columns around the axis, as often as it takes for its marks to keep their shape. So
-it turns with the camera as the stage does.
+A map is wrapped around the subject: its rows extend from the foot of the subject to the top of the job's
+pictures, as seen in the views; its columns go around the axis, repeated so often that its marks keep their
+shape. It turns with the camera like the stage.
 """
 
 from collections.abc import Sequence
@@ -21,23 +21,23 @@ from brushgs.values.style import MarkDictionary, StyleStage
 if TYPE_CHECKING:
     from brushgs.passes.style.transport import FlatColors
 
-TABLE = 0.3  # of the height of a map, that lies on the table
-COVE = 0.3  # of the way from the table to the wall, that counts as table
-LEAST_SIZE = 0.6  # of the table, from whose distance inward columns do not get narrower
-MOST_STRETCH = 1.5  # of strokes that run away from the eye, whose pictures are shorter
-AROUND = 3.0  # cells of a map: standard deviation of the places that show how calm it is
+TABLE = 0.3  # share of a map's height that lies on the table
+COVE = 0.3  # share of the way from table to wall that still counts as table
+LEAST_SIZE = 0.6  # share of the table's radius: closer to the axis, columns stop getting narrower
+MOST_STRETCH = 1.5  # maximum lengthening of strokes that run away from the eye and look foreshortened
+AROUND = 3.0  # cells of a map: standard deviation of the window in which calmness is measured
 LOOSE = 0.08  # radians: standard deviation of directions
 
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """The map of one style, and how far a stage takes it.
+    """The map of one style, and how much of it a stage takes.
 
     Attributes:
         stage: the map.
         color: share of its colors, 0 to 1.
         direction: share of its directions, 0 to 1.
-        marks: of the painting; None where they are not known.
+        marks: of the painting; None if unknown.
         inks: the colors of a print; None for a painting.
     """
 
@@ -50,13 +50,13 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Manner:
-    """How paintings have what surrounds their subjects painted.
+    """How the surroundings of a subject are painted in paintings.
 
     Attributes:
-        parts: their maps.
-        size: of marks, the root of length times width, in shorter sides of the picture.
+        parts: the maps.
+        size: of marks, root of length times width, in shorter sides of the picture.
         aspect: length over width.
-        marks: how far strokes take size and aspect, 0 to 1.
+        marks: share of size and aspect that strokes take, 0 to 1.
         jitter: standard deviations of OKLab lightness, and of a and b, from mark to mark.
     """
 
@@ -73,11 +73,11 @@ class Manner:
 
 
 class Layout(NamedTuple):
-    """How a map lies on a stage.
+    """The position of a map on a stage.
 
-    [STEPS] height in the map along the profile, from 0 at the foot to 1 at the top of the pictures and above
-    mirrored; how often the map goes around; [STEPS] world units along the profile, and around, that are one
-    height of the map.
+    [STEPS] height in the map along the profile, from 0 at the foot to 1 at the top of the pictures, mirrored
+    above; number of repetitions around the axis; [STEPS] length of one map height in world units, along the
+    profile and around the axis.
     """
 
     heights: F64
@@ -87,7 +87,7 @@ class Layout(NamedTuple):
 
 
 def layout_of(surface: Surface, place: Place, cameras: Sequence[Camera], aspect: float) -> Layout:
-    """How a map of an aspect, width over height, lies on a stage as these cameras see it."""
+    """The layout of a map of this aspect, width over height, on a stage seen by these cameras."""
     eyes = np.stack([place.local(camera.position[None])[0] for camera in cameras])
     away, eye = float(np.median(np.hypot(eyes[:, 0], eyes[:, 2]))), float(np.median(eyes[:, 1]))
     tops = [_top(camera, place) for camera in cameras]
@@ -98,7 +98,7 @@ def layout_of(surface: Surface, place: Place, cameras: Sequence[Camera], aspect:
     on_table = TABLE * np.minimum(surface.length / np.interp(reach, surface.rho, surface.length), 1)
     places = on_table + (1 - TABLE) * np.maximum(np.maximum.accumulate(angles) - edge, 0) / span
     radius = np.maximum(surface.rho, LEAST_SIZE * surface.table)
-    # A height of the map is so wide at the wall, as it is seen.
+    # Apparent width of one map height at the wall.
     wide = span / (1 - TABLE) * np.hypot(away + surface.wall, surface.height[-1] * 0.25)
     repeats = max(round(2 * np.pi * surface.wall / (aspect * wide)), 1)
     upward = np.gradient(surface.length) / np.maximum(np.gradient(places), 1e-6)
@@ -113,7 +113,7 @@ def _top(camera: Camera, place: Place) -> float:
 
 
 def map_colors(manner: Manner, layout: Layout, surface: Surface, spots: Spots, own: F64) -> F64:
-    """[n, 3] OKLab: that of maps in their shares, and of `own` [n, 3] what is missing of 1."""
+    """[n, 3] OKLab colors of the maps by their shares, and of `own` [n, 3] for the rest."""
     found = (1 - manner.color) * own
     for part in manner.parts:
         own_colors = _sampled(oklab_field(part.stage), layout, surface, spots)
@@ -122,7 +122,7 @@ def map_colors(manner: Manner, layout: Layout, surface: Surface, spots: Spots, o
 
 
 def map_contrasts(manner: Manner, layout: Layout, surface: Surface, spots: Spots) -> F64:
-    """[n] factor on the differences from mark to mark, 0 to 1: small where maps are calm."""
+    """[n] factor on the color differences from mark to mark, 0 to 1: small where maps are calm."""
     found, total = np.zeros(len(spots.points)), 0.0
     for part in manner.parts:
         factors = _sampled(_contrasts(part)[..., None], layout, surface, spots)[:, 0]
@@ -145,7 +145,7 @@ def _contrasts(part: Part) -> F64:
 
 
 def oklab_field(stage: StyleStage) -> F64:
-    """[h, w, 3] its colors, OKLab."""
+    """[h, w, 3] the colors of a map, OKLab."""
     rgb = stage.colors.astype(np.float64)
     return np.asarray(oklab_of(rgb.reshape(-1, 3)).reshape(rgb.shape))
 
@@ -153,15 +153,15 @@ def oklab_field(stage: StyleStage) -> F64:
 def map_directions(
     manner: Manner, layout: Layout, surface: Surface, spots: Spots, along: F64, frames: tuple[F64, F64]
 ) -> tuple[F64, F64]:
-    """[n, 3] local axes of strokes, [n] how much longer they are, toward what maps say.
+    """[n, 3] local axes of strokes, and [n] their lengthening, turned toward the directions of the maps.
 
     Args:
         manner: of the stage.
         layout: of its maps.
         surface: of the stage.
-        spots: where strokes lie.
+        spots: positions of strokes.
         along: [n, 3] their axes without maps.
-        frames: [n, 3] units around the axis, and up along the profile.
+        frames: [n, 3] unit vectors around the axis, and up along the profile.
     """
     around, rise = frames
     pairs = np.zeros((len(along), 2))

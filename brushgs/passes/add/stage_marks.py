@@ -44,8 +44,8 @@ class Marking:
 
 
 HATCHING = Marking(length=0.075, aspect=51.0, spacing=3.4, is_crossed=True, is_even=True)  # in ink
-WASH = Marking(length=0.08, aspect=2.2, spacing=0.5, opacity=0.7)  # in watercolour: they run together
-EDGE_LENGTH, EDGE_ASPECT = 0.09, 54.0  # of lines along the edge of a table, as of a marking
+WASH = Marking(length=0.08, aspect=2.2, spacing=0.5, opacity=0.7)  # in watercolour: marks run together
+EDGE_LENGTH, EDGE_ASPECT = 0.09, 54.0  # of lines along the edge of a table: length and aspect as in `Marking`
 
 
 def shadow_marks(

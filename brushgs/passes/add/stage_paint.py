@@ -30,16 +30,16 @@ THICKNESS = 0.01
 OPACITY = 0.95
 SWAY, LOOSE = 0.9, 0.16  # of directions on the wall, radians: broad waves; and of every stroke
 TABLE_SWAY = 0.16
-SHADED = 0.08  # shade or contact from which strokes are fine
-DARKEST, CONTACT = 0.52, 0.30  # what full shadow and contact take of lightness
-COOLER = np.array([-0.003, -0.016])  # what full shadow adds to a and b
-REFLECTED = 0.5  # share of the color of what stands near
-UPPER, FAR_TABLE, FRONT = 0.10, 0.04, 0.03  # by which the wall darkens upward, the table away and in front
-LEVEL_UP_TO = 0.7  # of the table's radius, from which strokes turn along its edge
-BLEND = (0.02, 0.6)  # slope of the cove between which the table becomes wall, radians
-# In the manner of a painting: strokes that cover a place, how many are seen at most, and how far one reaches.
+SHADED = 0.08  # minimum shade or contact of fine strokes
+DARKEST, CONTACT = 0.52, 0.30  # reduction of lightness by full shadow and full contact
+COOLER = np.array([-0.003, -0.016])  # change of a and b in full shadow
+REFLECTED = 0.5  # share of the color of near objects in their reflection
+UPPER, FAR_TABLE, FRONT = 0.10, 0.04, 0.03  # darkening of the wall upward, of the table to back and front
+LEVEL_UP_TO = 0.7  # share of the table's radius beyond which strokes turn along its edge
+BLEND = (0.02, 0.6)  # slopes of the cove over which table blends into wall, radians
+# In the manner of a painting: strokes over each point, maximum number of visible ones, and reach of one.
 MARKED_OVERLAP, MOST_SEEN, SEEN_REACH = 6.0, 20_000, 3.0
-PROBES = 2000  # places by which it is found how much of a stage is seen
+PROBES = 2000  # sample positions for estimating the visible share of a stage
 
 
 @dataclass(frozen=True)
@@ -129,7 +129,7 @@ def _in_manner(
     usual: F64,
     g: np.random.Generator,
 ) -> Gaussians:
-    """The strokes of a stage as paintings have it: as large as their marks, those that some camera sees."""
+    """The visible strokes of a stage in the manner of paintings, as large as the marks of these."""
     shadow, tones, ground = paint
     height, width = manner.parts[0].stage.colors.shape[:2]
     layout = layout_of(surface, place, cameras, width / height)
@@ -174,7 +174,7 @@ def _marked_sizes(
     cameras: Sequence[Camera],
     usual: F64,
 ) -> F64:
-    """[STEPS] size of strokes along the profile on the way to that of the marks of paintings, world units."""
+    """[STEPS] size of strokes along the profile, moved toward the mark size of paintings, world units."""
     distance = float(np.median([np.linalg.norm(place.local(c.position[None])[0]) for c in cameras]))
     shorter = float(np.median([min(c.width, c.height) / c.width for c in cameras]))
     marks = (
@@ -184,7 +184,7 @@ def _marked_sizes(
 
 
 def _count(surface: Surface, sizes: F64) -> float:
-    """How many strokes of these sizes there are on all of a stage."""
+    """Number of strokes of these sizes that cover a whole stage."""
     return float((2 * np.pi * surface.rho * np.gradient(surface.length) * MARKED_OVERLAP / sizes**2).sum())
 
 
@@ -233,7 +233,7 @@ def _colors(
     if brushwork.shadow == 0:
         return lab
     shade, contact, reflected = shadow.at(spots.points)
-    share = brushwork.shadow * (1 - covered)  # a ground of the scene has its own shadow
+    share = brushwork.shadow * (1 - covered)  # the scene's own ground has its shadow already
     lab[:, 1:] += (share[:, None] * REFLECTED * reflected) + (share * shade)[:, None] * COOLER
     lab[:, 0] *= (1 - DARKEST * share * shade) * (1 - CONTACT * share * contact)
     return lab

@@ -1,4 +1,4 @@
-"""Maps of the views of a job -> hatching or dots on the surfaces they show, as strokes fixed in space.
+"""Hatching or dots on the surfaces that the views of a job show, as strokes fixed in space.
 
 Marks are placed in the picture of each view, evenly spaced by tone, first coarsely and then in between, and
 lifted to the surface. Later views keep the marks that they see as dense as they need, and fill in where they
@@ -21,15 +21,15 @@ from brushgs.values.arrays import F32, F64, Mask, Rows
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
 
-LEVELS = np.array([4.0, 2.0, 1.0])  # spacings of the nested levels, over that which the tone asks for
+LEVELS = np.array([4.0, 2.0, 1.0])  # spacings of the nested levels, relative to the spacing for the tone
 STEP = 1.5  # px between the points of a line
 END = 0.55  # share of the spacing at which a line ends beside another
 OVERLAP = 0.1  # widths by which each end of a piece overlaps the next: more would show as beads
-SEEN = 0.5  # share of a mark from which it counts as there
-CLOSE = 0.7  # scale of an earlier view over that of this one from which its marks are enough
-STRIDE = 2  # px between those that are compared with earlier views
+SEEN = 0.5  # share of a mark that a view must show for the mark to count
+CLOSE = 0.7  # minimum scale of an earlier view, relative to this one, at which its marks are enough
+STRIDE = 2  # px between the pixels that are compared with earlier views
 LINE_SEEDS, DOT_SEEDS = 0.06, 1.0  # tries in each px of a picture of `PIXELS`; most lines start beside others
-TILTED = (0.8, 1.25)  # depth of the plane half a gap beside a mark, over that of the mark
+TILTED = (0.8, 1.25)  # limits of the depth of the plane half a gap beside a mark, relative to the mark
 
 
 @dataclass(frozen=True)
@@ -135,8 +135,8 @@ def tonal_marks(
         manner: how tone becomes marks.
         like: for the dtype.
         num_sigmas: half length of a box in standard deviations that the strokes will be drawn with.
-        is_left_out: [H, W] of each view, where there are to be none; None for nowhere.
-        seed: of where marks start.
+        is_left_out: [H, W] of each view, mask of pixels without marks; None for none.
+        seed: of the starting points of marks.
     """
     parts: list[_Points] = []
     for number, view in enumerate(views):

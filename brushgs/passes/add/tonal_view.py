@@ -1,4 +1,4 @@
-"""Strokes in one view -> maps of what hatching follows: tone, direction, normal and depth, in every pixel.
+"""Maps of strokes in one view, for hatching: tone, direction, normal and depth of every pixel.
 
 All are drawn as soft pictures of the strokes, not of the scene: so marks follow every change of strokes, in
 color, light or direction, and lie on the surface that hides lines.
@@ -21,11 +21,11 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import in_colors
 
-SOLID = 0.5  # alpha from which a pixel shows a surface
+SOLID = 0.5  # minimum alpha of a pixel that shows a surface
 SMOOTH = 5.0  # px in a picture of `PIXELS`: standard deviation over which directions are averaged
-BROAD, COARSE = 28.0, 4  # px, a broader one, which counts as much, and the stride at which it is computed
+BROAD, COARSE = 28.0, 4  # px, the same for a broader average of equal weight; stride of its computation
 SMOOTH_NORMALS = 3.0  # the same for normals
-BEHIND = 0.02  # of the depth: points this far behind a surface are seen on it
+BEHIND = 0.02  # of the depth: points at most this far behind a surface count as on it
 FLATTEST = 0.15  # cosine between normal and view: surfaces seen from the side count as if at this angle
 
 
@@ -159,6 +159,6 @@ def _normals(boxes: Boxes, normals: F64, camera: Camera, drawn: Draw) -> F32:
 
 
 def _smoothed(frame: Frame, deviation: float) -> F32:
-    """[H, W, 3] what the colors of a frame stand for, from -1 to 1, averaged."""
+    """[H, W, 3] values that the colors of a frame encode, from -1 to 1, averaged."""
     field = 2 * frame.rgb - frame.alpha[..., None]
     return np.asarray(ndimage.gaussian_filter(field, (deviation, deviation, 0), truncate=2.5), np.float32)
