@@ -27,14 +27,14 @@ MIDDLE = 0.5  # display-encoded, fixed point of contrast
 # Logarithms of the gains of red, green and blue at temperature 1: about from 6500 K to 4000 K.
 WARMTH = (0.25, 0.0, -0.35)
 GREY = 0.04  # OKLab chroma below which a color is swapped by distance, not by hue
-# Limits of the full and of any effect of a swap: angle from the hue, and chroma relative to the color; for
-# grays distance in chroma, and in lightness. All shades of a hue move: with a limit in lightness too, cream
-# swapped to navy was darker than the shades below it.
+# Where a swap acts in full, and where it ends: angle from the hue, and chroma relative to the color; for
+# grays distance in chroma, and in lightness. For colors lightness has no limit, so all shades of a hue move:
+# with one, cream swapped to navy was darker than the shades below it.
 HUES, CHROMA = np.radians((25.0, 55.0)), (0.65, 0.25)
 GREY_CHROMA, GREY_LIGHTNESS = (0.02, 0.07), (0.10, 0.35)
 GENTLE = 3.0  # minimum width of the falloff of a swap of grays, in changes of lightness, to preserve order
 MOST_CHROMA = 0.32  # of OKLab within the gamut
-NEAR_END = 0.05  # of lightness: colors this near to black or white are swapped with it
+NEAR_END = 0.05  # of lightness: colors this near to black or white move black or white with them
 KEPT = 0.12  # range of lightness on both sides of a swapped color in which differences are preserved
 
 

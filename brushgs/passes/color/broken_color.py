@@ -1,4 +1,4 @@
-"""Strokes -> strokes in broken color: each a little lighter or darker, warmer or cooler.
+"""Broken color: make each stroke a little lighter or darker, warmer or cooler.
 
 Painters do not mix one color for a whole wall; neighboring strokes differ, and the eye mixes them. Every
 stroke gets a small normal shift in OKLab minus the mean shift around it, so that local mean colors stay.

@@ -62,7 +62,7 @@ def in_gamut(colors: F64, asked: F64, rgb_of: Callable[[F64], F64]) -> F64:
 def oklab_planes(rgb: F32) -> F32:
     """OKLab [3, H, W] of a picture [H, W, 3], display-encoded, 0 to 1.
 
-    Both curves are tables: right to 0.002. What is beyond 0 to 1 is clipped.
+    Both nonlinearities are tables with errors up to 0.002. Values beyond 0 to 1 are clipped.
     """
     planes = np.empty((3, *rgb.shape[:2]), np.float32)
     _core.oklab_planes(
@@ -76,10 +76,10 @@ def oklab_planes(rgb: F32) -> F32:
 
 @cache
 def oklab_tables() -> tuple[F32, F32, F32, F32]:
-    """What the core makes OKLab with.
+    """The tables and matrices with which the core computes OKLab.
 
-    Linear light of encoded values, and the cube root of the squares of values, both of 0 to 1; and the
-    matrices [3, 3] before and after the roots.
+    Linear light by encoded value, and the cube root by the square root of its argument, both over 0 to 1; and
+    the matrices [3, 3] before and after the roots.
     """
     steps = np.linspace(0, 1, 8192, dtype=np.float32)
     tables = linear_from_srgb(steps), np.cbrt(steps**2), CONES_FROM_RGB, OKLAB_FROM_ROOTS

@@ -29,8 +29,8 @@ FILL = 0.3  # in a capture, for legible shade
 KNOWN_FILL = 0.06  # for a known lamp of a scene; 0.04 in the still life
 FROM_BELOW, FROM_TABLE = 0.45, 0.4  # fill facing down, relative to up; and the addition near the table
 BELOW_ENDS = 0.9  # radii above the table where its reflection ends
-# By which light reaches around: of a plane, and more where neighbors disagree; and the latter where the lamp
-# is known.
+# Cosine by which light wraps around: for a plane, and additionally where neighbors disagree; and the latter
+# for a known lamp.
 WRAP, ROUGH_WRAP, KNOWN_ROUGH_WRAP = 0.1, 0.5, 0.3
 SOFT = 0.05  # cosine over which the light ends
 DETAIL = 0.65  # share of a plane's own light, against that of the mass around it; 1 makes fur mottled
@@ -54,7 +54,7 @@ LIKE = 0.03  # distance of a and b at which neighbors are the same paint
 LEAST_SPREAD = 0.01  # mean square difference of log light between neighbors that counts half
 LEAST_EXPLAINED = -0.2  # minimum explained share of a light
 
-FARTHEST = 1e6  # radii; farther is there
+FARTHEST = 1e6  # radii; positions further away are clamped to it
 _TINY = np.finfo(np.float64).tiny
 
 
@@ -218,7 +218,7 @@ class KeyLight:
         return float(yellow @ lights / max(lights.sum(), _TINY) - yellow @ darks / max(darks.sum(), _TINY))
 
     def _compared(self, light: F64) -> tuple[F64, F64, F64]:
-        """Pairs of strokes of like paint: their weights, steps of light and of log lightness, [k, n] each."""
+        """Weights of pairs of similar paint, and differences of light and of log lightness, [k, n] each."""
         lab, rows = self._lab, self.pairs
         tone = np.log(np.maximum(lab[:, 0], 0) + 0.05)
         apart = ((lab[:, None, 1:] - lab[rows, 1:]) ** 2).sum(axis=2)

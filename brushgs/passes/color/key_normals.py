@@ -1,4 +1,4 @@
-"""Strokes, and views of them -> the surface normal at each stroke.
+"""The surface normal at each stroke, from strokes and views of them.
 
 The shortest axis of a stroke is a normal without sign, and undefined for needles and crumbs: in fur and
 leaves neighbors disagree. So normals are averaged over neighbors as axes, without sign, then turned toward
@@ -35,9 +35,9 @@ NUM_WIDE, WIDE_STEP = 40, 2
 LEAST_FLAT = 0.05  # minimum weight of a stroke, for needles
 NUM_PATCH = 16  # neighbors for the roughness of a surface
 ROUGH = (0.45, 0.8)  # roughness over which normals lose their weight; 0 if they agree, 1 for all directions
-# Of the weight of a neighbor with the square of its distance over that of the farthest.
+# Falloff of a neighbor's weight with its squared distance over that of the farthest neighbor.
 FALLS, WIDE_FALLS = 8.0, 5.0
-# OKLab a and b by which a neighbor may be of another body, and the most that it counts, in squares of that.
+# OKLab distance in a and b that suggests another body; and the cap on its square, in units of that.
 OTHER_PAINT, MOST_APART = 0.04, 6.0
 PLACES = 1.0  # weight of the plane through positions if normals point in all directions
 OTHER_SIDE = 0.05  # weight of a neighbor at right angles: edges stay

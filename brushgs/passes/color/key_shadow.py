@@ -1,4 +1,4 @@
-"""Strokes and a lamp -> the share of its light that reaches each stroke.
+"""The share of a lamp's light that reaches each stroke.
 
 Paint between a stroke and the lamp is counted in cells along the direction of the lamp. Every stroke is
 spread over a few points, and these over the cells around them, so small motions of lamp or scene cause no
@@ -15,7 +15,7 @@ from brushgs.values.arrays import F32, F64, smoothstep
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 
-SIDE = 96  # cells along each side, of 1/37 of the radius of the subject; 128 take three times as long
+SIDE = 96  # cells per side, each 1/37 of the subject's radius; 128 take three times as long
 REACH = 1.3  # half a side, in radii; paint beyond casts no shadow
 FADES = 0.3  # radii within REACH over which shadows fade out
 DENSITY = 1.5  # optical depth of paint that covers a cell once, as for the shadow on a table
@@ -85,8 +85,8 @@ def light_through(blockers: Blockers, lamp: F64, centers: F64, normals: F64, *, 
         lamp: [3] unit vector toward it, local.
         centers: [k, 3] positions of strokes, local, in radii.
         normals: [k, 3] local.
-        is_inside: whether the light comes in: then surfaces that face away from the lamp, such as walls and
-            ceiling of a room, block none.
+        is_inside: whether the light comes in from outside: then surfaces that face away from the lamp, such
+            as walls and ceiling of a room, block none.
     """
     if len(blockers.points) == 0 or len(centers) == 0:
         return np.ones(len(centers))

@@ -1,4 +1,4 @@
-"""Gaussians and a painting -> the same Gaussians in the painting's colors, in closed form.
+"""Give Gaussians the colors of a painting, in closed form.
 
 The scene's colors, weighted by painted area, get mean and covariance of the painting's pixels by the
 Monge-Kantorovich map, the linear map that does so and moves colors least.

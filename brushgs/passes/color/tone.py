@@ -18,7 +18,7 @@ NUM_ROUNDS = 6  # of means over the nearest 16: in total some 100 neighbors
 LOCAL_RANGE = 1.4  # deviations from neighbors that are almost black or white
 LEAST_SPREAD = 0.05  # OKLab L: a smaller spread counts as flat
 DARKEST, LIGHTEST = 0.04, 0.93  # shares of the painted area that become black and white
-ENDS_SEEN = 0.015, 0.985  # the same of areas that are seen, which hidden and distant paint does not falsify
+ENDS_SEEN = 0.015, 0.985  # the same for visible areas, without hidden and distant paint
 LEAST_RANGE = 0.15  # minimum OKLab L between them: a scene of one tone is not stretched
 SHADOW, LIGHT = (0.62, 0.40), (0.62, 0.35)  # OKLab L at which they begin, and the range over which they grow
 

@@ -1,4 +1,4 @@
-"""Pictures of a painting -> a grading that opens its values and adds a temperature.
+"""Fit a grading that widens the range of values of a painting and adds a temperature.
 
 Seen through half-closed eyes, oil paintings consist of a few masses that span 44 of CIELAB's lightness L*,
 and lights are warmer than darks; captured scenes span 34 and have no temperature. So one curve on L* opens
