@@ -1,4 +1,4 @@
-"""Strokes -> strokes with brushes, chosen by shape, size, surface and chance, never by the view.
+"""Choose a brush for each stroke by shape, size, surface and chance, never by the view.
 
 One image for all strokes is conspicuous; painters use a flat for long strokes, a dab for touches, a knife for
 a light wall and a dry brush for fur. The choice depends only on the strokes in space, so a stroke keeps its

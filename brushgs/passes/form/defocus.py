@@ -1,15 +1,15 @@
-"""Strokes -> the same strokes with less detail away from the focus: larger, softer, in paler contrasts.
+"""Reduce detail away from the focus: larger, softer strokes of weaker contrast.
 
-A painter gives detail to what the picture is about, and little to what lies before and behind it. With z the
-depth of a stroke in a view and z0 that depth in focus that is nearest to z, it grows as a lens blurs:
+A painter gives detail to the subject, and little to what lies in front of it and behind it. Strokes grow as a
+lens blurs: with z the depth of a stroke in a view, and z0 the depth in focus nearest to z,
 
     growth = 1 + 2 strength x |1/z - 1/z0| z0
 
-at most 1 + 2 strength, which is the limit far behind the focus: nearer than half of z0 growth is that, too.
-No stroke grows beyond the longest that slabs are cut to: those in front would veil the focus. The optical
-depth of paint is divided by the growth, so outlines fade; colors move to the mean around a stroke, to 1 /
-growth of their difference from it. Blur depends on the place of a stroke alone: over a path it is the mean of
-some views in whose picture the place lies, so nothing changes as the camera moves.
+and at most 1 + 2 strength, the limit far behind the focus; closer than half of z0 that applies as well. No
+stroke grows beyond the length at which slabs are cut: large strokes in front would veil the focus. The
+optical depth of paint is divided by the growth, so outlines fade; the color difference from the mean around
+a stroke shrinks to 1 / growth. Blur depends on the position of a stroke alone: over a path it is the mean of
+the views whose pictures show that position, so nothing changes as the camera moves.
 Source: Potmesil and Chakravarty 1981, A Lens and Aperture Camera Model for Synthetic Image Generation.
 """
 
@@ -27,19 +27,19 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, shift_base_colors
 
-GAIN = 2.0  # growth per blur, at strength 1
+GAIN = 2.0  # growth per unit of blur, at strength 1
 MOST_BLUR = 1.0  # |1/z - 1/z0| z0
-ENDS = 0.1, 0.9  # quantiles of the depths of what is seen in the focus, which are in focus
-MIDDLE = 0.12  # standard deviation, in sides of the picture, of the part that is in focus without a subject
-FEW = 1e-6  # weight of views beside whose picture a place lies
-SAMPLE, AROUND = 20_000, 48  # Gaussians that colors around strokes are known from; and of them, around one
-LEAST_SEEN = 0.01  # pixels: a Gaussian with a smaller visible area is not seen
+ENDS = 0.1, 0.9  # quantiles of the visible depths of the focus, between which depths are in focus
+MIDDLE = 0.12  # without a subject: standard deviation of the part in focus, in sides of the picture
+FEW = 1e-6  # weight of views whose picture does not show a position
+SAMPLE, AROUND = 20_000, 48  # Gaussians for colors around strokes; and how many of them around one stroke
+LEAST_SEEN = 0.01  # pixels: Gaussians with a smaller visible area do not count
 LEAST_OPACITY = 1e-7  # transparency below which float32 has no digits
 
 
 @dataclass(frozen=True, eq=False)
 class Lens:
-    """How sharp each place of a scene is, for all views of a job.
+    """The blur of each place of a scene, for all views of a job.
 
     Attributes:
         cameras: K >= 1 views of the job.
@@ -70,9 +70,9 @@ class Lens:
         return np.asarray(1 + GAIN * strength * self.blur(points))
 
     def room(self, strokes: Gaussians) -> F64:
-        """[k] growth at which strokes are as long as they may be, if a view turned to them.
+        """[k] growth up to which strokes stay within the largest allowed length, in any view direction.
 
-        What lies beside or behind a camera counts too: grown, it would hang into the picture as a veil.
+        Strokes beside or behind a camera count too: grown, they would reach into the picture as a veil.
         """
         means, nearest_share = strokes.means.astype(np.float64), np.full(len(strokes), np.inf)
         for camera in self.cameras:
@@ -80,7 +80,7 @@ class Lens:
             share = np.hypot(camera.width, camera.height) / max(camera.K[0, 0], camera.K[1, 1])
             nearest_share = np.minimum(nearest_share, share * np.maximum(distances, camera.near))
         lengths = 2 * NUM_SIGMAS * strokes.scales.max(axis=1).astype(np.float64)
-        endless = np.full(len(strokes), np.inf)  # of strokes without a size
+        endless = np.full(len(strokes), np.inf)  # for strokes of size 0
         return np.asarray(np.divide(LONGEST * nearest_share, lengths, out=endless, where=lengths > 0))
 
     def around(self, points: Array) -> F64:
@@ -97,13 +97,13 @@ def focused(
     *,
     num_threads: int | None = None,
 ) -> Lens:
-    """Focus on some Gaussians, as far as views show them.
+    """Focus on some Gaussians, where views show them.
 
     Args:
         gaussians: N >= 1 Gaussians, the scene.
         cameras: some small views of the job, >= 1.
-        is_focus: [N] whether Gaussians are in the focus; None for the middle of the pictures, which also
-            counts in views that show none of them.
+        is_focus: [N] whether Gaussians are in the focus; None for the middle of the pictures, which is also
+            the focus in views that show none of them.
         num_threads: None takes the processors available to this process. The result does not depend on it.
     """
     depths, seen = np.empty((len(cameras), 2)), np.zeros(len(gaussians))
@@ -135,8 +135,8 @@ def defocus(strokes: Gaussians, lens: Lens, strength: float) -> Gaussians:
         strength: 0 to 1.
 
     Returns:
-        The same strokes in the same order, larger (but see `Lens.room`), more transparent and closer to the
-        colors around them where they are not in focus; the input itself at strength 0.
+        The same strokes in the same order; out of focus larger (limited by `Lens.room`), more transparent and
+        closer to the colors around them. The input itself at strength 0.
 
     Raises:
         ValueError: if `strength` is out of range.

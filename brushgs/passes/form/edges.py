@@ -1,7 +1,7 @@
-"""Strokes -> the same strokes with lost and found edges at the outline of the subject.
+"""Lost and found edges: soften and sharpen strokes at the outline of the subject.
 
-A painter does not draw the whole outline: a quarter of it is lost, in the shade and where both sides have
-equal values, and it is hardest in the focus. Its hardness is measured once per job, in small views:
+Painters do not draw the whole outline: a quarter of it is lost, in the shade and where both sides have equal
+values, and it is hardest in the focus. Its hardness is measured once per job, in small views:
 
     hardness = contrast x light x focus
 
@@ -30,7 +30,7 @@ FITTED_VIEWS = 2  # of them, for fitting the strength
 AIM = 0.27  # target share of lost outline
 YIELD, MOST = 0.4, 0.5  # lost share per softened share; and maximum softened share
 FOUND = 0.30  # share that is found, plus the excess of lost edges
-GAIN = 1.4  # strokes over the outline have half of themselves inside
+GAIN = 1.4  # strokes across the outline have half of themselves inside
 MIX = 0.9  # of the color behind, in a stroke right at a lost outline; falls off quickly inside
 FADE = 0.9  # loss of opacity: several strokes overlap
 STRETCH = 0.3  # growth along the outline

@@ -1,4 +1,4 @@
-"""Outlines of a few views -> their hardness, and the role of each stroke in them.
+"""The hardness of outlines in a few views, and the role of each stroke in them.
 
 A stroke is at the outline of a view if it, or half of it, is near to one in the picture, even if hidden:
 paint behind a soft edge shows through it.
@@ -95,7 +95,7 @@ def gathered(strokes: Gaussians, views: Sequence[View], lost: F64, found: F64) -
     Args:
         strokes: k strokes.
         views: at least one.
-        lost: of the points of all outlines in turn; `found` likewise.
+        lost: of the points of all outlines, concatenated; `found` likewise.
         found: see `lost`.
     """
     spots, count = _spots(strokes), len(strokes)

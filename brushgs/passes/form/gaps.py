@@ -1,4 +1,4 @@
-"""Strokes in space -> growth of each stroke to close gaps in surfaces of a single layer.
+"""Growth of each stroke to close gaps in surfaces of a single layer.
 
 In trained scenes surfaces are several layers of Gaussians, and the gaps between strokes of one layer show the
 next. Scenes from other sources (a scanned relief, surfaces sampled by a program) have one layer. There

@@ -1,4 +1,4 @@
-"""Guides -> directions of strokes: that of the nearest line in space, weaker with distance."""
+"""Stroke directions along guides: that of the nearest line in space, weaker with distance."""
 
 import numpy as np
 

@@ -1,5 +1,4 @@
-"""A painting -> directions of strokes: those of its brush marks at the strokes' positions in the first
-picture.
+"""Stroke directions of a painting: those of its brush marks at the strokes' positions in the first picture.
 
 The painting is laid over the picture of the camera, scaled to fill it and cropped to its center, like a
 background. So one portrait can guide another, and a sky with swirls makes swirls in the sky. Directions are
@@ -137,7 +136,7 @@ def shrunk(image: Array) -> tuple[F64, F64]:
     step = -(-max(image.shape[:2]) // MOST_SIDE)
     height, width = max(image.shape[0] // step, 1), max(image.shape[1] // step, 1)
     brightness, covered = np.empty((2, height, width))
-    for row in range(height):  # whole copies of a large picture add up
+    for row in range(height):  # row by row: whole copies of a large picture would take much memory
         block = image[row * step : (row + 1) * step, : width * step].astype(np.float64)
         alpha = split_alpha(block)[1]
         light = flatten(block) @ np.array(LUMINANCE)

@@ -1,4 +1,4 @@
-"""Strokes -> the surface of each, for the choice of brushes: roughness, and whether it is smooth and light.
+"""The surface around each stroke, for choosing brushes: its roughness, and whether it is smooth and light.
 
 A painter lays a light wall with a knife and drags fur with a dry brush. Materials are not known, but strokes
 of fur, leaves and gravel have varying normals, colors and sizes; those of walls, paper and skin are alike.
@@ -32,7 +32,8 @@ FAR_NORMAL = 0.8  # of 1 - |cos| between normals
 # Mean differences, in these units, at which roughness begins and is full; and their weights.
 NORMALS, COLORS, SIZES = (0.1, 0.55), (0.2, 0.7), (0.2, 0.5)
 WEIGHTS = (0.5, 0.3, 0.2)
-# What is rough in a scene lies above its median, smooth below, but no scene of fur alone is half smooth.
+# Rough surfaces are above the median of the scene, smooth ones below; but in a scene of fur alone no half is
+# smooth.
 LEAST_MIDDLE, MOST_MIDDLE = 0.4, 0.55
 WIDTH = 0.15  # of roughness, from the middle to fully smooth or rough
 

@@ -1,4 +1,4 @@
-"""A `Direction` from options -> the argument of `orient`: files are read and checked here."""
+"""Open a `Direction` from options as an argument of `orient`: files are read and checked here."""
 
 from brushgs.errors import SceneError
 from brushgs.formats.guides import Guides

@@ -1,4 +1,4 @@
-"""Strokes -> strokes turned within their own plane, along the form they depict.
+"""Turn strokes within their own plane, along the form they depict.
 
 Clustering gives strokes that are about as long as wide, in random directions: paint on a plank lies across
 it. Here each stroke gets a direction from its surroundings, smoothed over neighbors in space. Strokes
@@ -32,16 +32,16 @@ from brushgs.values.quats import quats_of
 # Largest aspect of turned strokes. Measured with flat and impasto at 6000 strokes on five scenes: 1.8 to 2.2
 # are within 0.02 dB of each other, 2.6 loses 0.03.
 ASPECT = 2.2
-# Aspects between which strokes go over to their own direction and aspect. Starting at 1.3 loses 0.03 dB,
-# ending at 1.6 another 0.05: medium aspects are still random.
+# Aspects between which strokes increasingly keep their own direction and aspect. Starting at 1.3 loses 0.03
+# dB, ending at 1.6 another 0.05: medium aspects are still random.
 OWN = (1.1, ASPECT)
-SURE = 0.3  # confidence from which on the field decides; below, the own shape stays more and more
-SLENDER = (4.0, 6.0)  # likewise, where the user says how strokes run: ropes and grass stay what they are
-OWN_COUNTS = (1.1, 1.6)  # aspects between which the own direction comes to count for the neighbors
-UNSURE = 0.05  # weight of having no direction: beside it, noise on a surface of one color is nothing
-WISH = 4.0  # weight of what the user says, where it counts wholly; a field has up to 4.2
-# Lengths of the own field between which it comes to count more than the marks of a style, and how much of
-# these it then replaces: smooth places take the flow of a painting, form keeps its own.
+SURE = 0.3  # confidence above which the field decides; below it the own shape is kept more and more
+SLENDER = (4.0, 6.0)  # the same for directions set by the user: ropes and grass stay as they are
+OWN_COUNTS = (1.1, 1.6)  # aspects over which a stroke's own direction gains weight for its neighbors
+UNSURE = 0.05  # weight of having no direction, so that noise on a surface of one color has no effect
+WISH = 4.0  # weight of a direction set by the user, where fully clear; a field has up to 4.2
+# Lengths of the own field over which it gains priority over the marks of a style, and the share of these that
+# it then replaces: smooth places follow the flow of the painting, form keeps its own direction.
 FORMED, FORM = (0.3, 1.5), 0.7
 ROUNDING = 1e-9  # of a ratio of scales
 # Default for signs: a direction that is not perpendicular to any likely axis of a scene.
@@ -189,7 +189,8 @@ def _shaped(
     turned = np.cos(angles)[:, None] * along + np.sin(angles)[:, None] * across
     directions = around.agreed(np.where(is_free[:, None], turned, along), headings)
     is_same = ~is_free & (directions == along).all(axis=1)
-    # Columns of a rotation are right-handed; so are longest, middle and shortest, unless their order is odd.
+    # Columns of a rotation are right-handed; so are longest, middle and shortest, unless their order is an
+    # odd permutation.
     is_even = (planes.order[:, 1] - planes.order[:, 0]) % 3 == 1
     beside = np.cross(normals, directions) * np.where(is_even, 1.0, -1.0)[:, None]
     rotations = np.empty((len(planes), 3, 3))

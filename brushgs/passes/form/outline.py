@@ -1,4 +1,4 @@
-"""Strokes and a camera -> the points of their outline against the background.
+"""The outline of strokes against the background, in one view.
 
 The outline is where the picture of the strokes ends, so that the stage shows, or where the depth increases
 strongly. There is no outline where a subject stands on its ground, since the depth is continuous.
@@ -29,8 +29,9 @@ BORDER = 3  # pixels of a view without outline
 WIDEST = 28  # pixels, maximum measured width of a subject
 NUM_ALONG = 24  # points of an outline over which its data are averaged: some 24 pixels
 ACROSS = np.arange(-4.0, 5.0)  # pixels from an outline, outward, at which its drop is measured
-# An outline is lost already where colors differ by less across it (OKLab; 6 of CIELAB), where it falls over
-# more pixels (8 of 1000, and what a small picture blurs), and where the subject is a line that is not wider.
+# An outline is already lost where the color difference across it is smaller (OKLab; 6 of CIELAB), where it
+# falls over more pixels (8 of 1000, plus the blur of a small picture), and where the subject is a line of at
+# most this width.
 FAINT, WIDE, THIN = 0.055, 2.8, 3
 
 
@@ -55,7 +56,7 @@ class Outline(NamedTuple):
         outward: [n, 2] unit vectors away from the subject; 0 if undefined.
         behind: [n, 3] OKLab of the background.
         contrast: [n] OKLab distance between both sides.
-        says: [n, c] mean of the numbers of the strokes inside, 0 to 1.
+        says: [n, c] mean of the data of the strokes inside, 0 to 1.
         middle: [n] inverse depth between both sides, relative to the subject.
         width: [n] of the subject across the outline, pixels, at most `WIDEST`.
     """
@@ -103,8 +104,8 @@ def _render(strokes: Gaussians, camera: Camera, kernel_name: str = "gaussian") -
 
 
 class _Pictures(NamedTuple):
-    """Pictures of a view: [h, w, 3] all paint, colors of the strokes, and their numbers; [h, w] their
-    inverse depth, 0 without strokes.
+    """Pictures of a view: [h, w, 3] all paint, colors of the strokes, and their data; [h, w] their inverse
+    depth, 0 without strokes.
     """
 
     seen: Array
@@ -120,7 +121,7 @@ def view_of(strokes: Gaussians, camera: Camera, around: Around, says: F64) -> Vi
         strokes: k strokes, in their painted colors.
         camera: the view, of any size.
         around: the background.
-        says: [k, 3] numbers of each stroke, 0 to 1, to be transferred to points of the outline.
+        says: [k, 3] data of each stroke, 0 to 1, to be transferred to points of the outline.
     """
     small = camera.in_side(SIDE)
     if min(small.width, small.height) <= 2 * BORDER + 4:

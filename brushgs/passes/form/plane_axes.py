@@ -1,7 +1,7 @@
-"""Strokes -> directions of hatching: along their long axes, on flat surfaces along one axis of the plane.
+"""Directions of hatching: along the long axes of strokes, on flat surfaces along one axis of the plane.
 
-On a wall the strokes that `orient` turned still differ a little from one to the next, and lines along them
-would swirl. Where normals agree, all strokes of planes of one attitude share the mean of their directions.
+On a wall, strokes turned by `orient` still differ a little from each other, and lines along them would swirl.
+Where normals agree, all strokes of parallel planes share the mean of their directions.
 """
 
 import numpy as np
@@ -12,12 +12,12 @@ from brushgs.passes.neighbours import nearest
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.gaussians import Gaussians
 
-FLAT = 0.94  # mean squared cosine of normals around a stroke from which it lies flat: most within 10 degrees
-SAME = np.cos(np.radians(15.0))  # of the normals of planes of one attitude
-MOST_PLANES, LEAST_AREA = 8, 0.03  # attitudes, and the share of the painted area that each must have
-CANDIDATES = 256  # strokes among whose normals attitudes are looked for
-AROUND = 20  # strokes through which a surface is laid
-OWN = 0.15  # weight of a stroke without a clear axis, of one with one
+FLAT = 0.94  # mean squared cosine of normals above which a stroke lies flat: most within 10 degrees
+SAME = np.cos(np.radians(15.0))  # between normals of parallel planes
+MOST_PLANES, LEAST_AREA = 8, 0.03  # orientations, and the share of the painted area that each needs
+CANDIDATES = 256  # strokes whose normals are candidates for an orientation
+AROUND = 20  # strokes to which a surface is fitted
+OWN = 0.15  # weight of a stroke without a clear axis, relative to one with a clear axis
 
 
 def mark_axes(strokes: Gaussians, *, with_planes: bool = True) -> tuple[F64, F64]:
@@ -52,9 +52,9 @@ def mark_axes(strokes: Gaussians, *, with_planes: bool = True) -> tuple[F64, F64
 
 
 def _normals_around(strokes: Gaussians) -> tuple[F64, F64]:
-    """Normals [n, 3] of the surface through the strokes around each, and [n] how flat it lies, 0 to 1.
+    """Normals [n, 3] of the surface fitted to the strokes around each, and [n] its flatness, 0 to 1.
 
-    Single strokes of a captured scene say little: on its walls their normals are more than 30 degrees apart.
+    Normals of single strokes are unreliable: on captured walls they differ by more than 30 degrees.
     """
     means = strokes.means.astype(np.float64)
     count = min(AROUND, len(means))
@@ -67,7 +67,7 @@ def _normals_around(strokes: Gaussians) -> tuple[F64, F64]:
 
 
 def _largest_plane(normals: F64, areas: F64, is_left: Mask) -> Mask:
-    """[n] the strokes left whose normals agree with that around which there is the largest area."""
+    """[n] those remaining strokes whose normals agree with the normal that has the largest area around it."""
     rows = np.flatnonzero(is_left)
     if len(rows) == 0:
         return is_left
@@ -78,7 +78,7 @@ def _largest_plane(normals: F64, areas: F64, is_left: Mask) -> Mask:
 
 
 def _axis_of(axes: F64, normals: F64, areas: F64) -> F64:
-    """[3] the mean direction of axes [m, 3], across the mean normal."""
+    """[3] the mean direction of axes [m, 3], perpendicular to the mean normal."""
     normal = np.linalg.eigh(np.einsum("m,mi,mj->ij", areas, normals, normals))[1][:, 2]
     inside = axes - (axes @ normal)[:, None] * normal
     return np.asarray(np.linalg.eigh(np.einsum("m,mi,mj->ij", areas, inside, inside))[1][:, 2])

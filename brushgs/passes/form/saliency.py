@@ -1,4 +1,4 @@
-"""Gaussians -> saliency, 0 to 1: where the eye goes first, and a painter takes a small brush.
+"""Saliency of Gaussians, 0 to 1: where the eye goes first, and painters take a small brush.
 
 Cues are measured in an upright grid around the scene: difference of color from the surroundings, warm
 colors of skin in other surroundings, local variation of color, thin paint (a line or a knob, not a wall),
@@ -31,16 +31,17 @@ INSIDE = 0.5  # of the median distance from the eye: nearer objects are not magn
 SKIN_HUE, SKIN_HUE_WIDTH = float(np.radians(52.0)), float(np.radians(26.0))
 SKIN_CHROMA = (0.025, 0.06, 0.13, 0.18)
 SKIN_LIGHT = (0.22, 0.38, 0.90, 0.97)
-# Share of all paint that is skin around a place: to the first a face or a hand, from the second on a body of
-# wood. Face and hands of standing people have 0.005 to 0.03, the top of a guitar 0.06 to 0.11.
+# Share of all paint around a place that is skin: up to the first value it is a face or a hand, from the
+# second on a wooden body. Face and hands of standing people have 0.005 to 0.03, the top of a guitar 0.06 to
+# 0.11.
 SKIN_PART = (0.03, 0.06)
 ADAPTED, MOST_CAST = 0.7, 0.05  # share of a scene's mean a and b that counts as its light, and the maximum
 FULL_CONTRAST, FULL_DETAIL = 0.16, 0.06  # OKLab distances
 LIGHTNESS_WEIGHT = 0.6  # of L in them: shadows are dark, but not salient
-ACROSS, COLUMN = 0.07, 0.35  # of a column, and the height over which what stands there counts by 1/e
+ACROSS, COLUMN = 0.07, 0.35  # of a column; height over which the weight of an object in it falls to 1/e
 MIDDLE = 0.5  # deviation, radii or radians
-# Shares of the paint below which nothing is in focus and above which all is; and the signs of skin, and of
-# other things, from which on some of it is one.
+# Shares of the paint below which nothing is in focus and above which everything is; and the signs of skin,
+# and of other things, from which some of it is in focus.
 SKIN_SHARES, OTHER_SHARES = (0.94, 0.99), (0.85, 0.98)
 SKIN_SIGNS, OTHER_SIGNS = (0.10, 0.30), (0.10, 0.30)
 TINY = 1e-30

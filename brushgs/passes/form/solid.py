@@ -1,4 +1,4 @@
-"""Semi-transparent strokes -> opaque, smaller strokes of equal opacity x area.
+"""Make semi-transparent strokes opaque and smaller, at equal opacity x area.
 
 Trained scenes consist of half transparent Gaussians, several deep, and so do strokes merged from them. Paint
 covers. A stroke becomes more opaque and smaller at constant opacity x area, so that pictures keep their

@@ -1,4 +1,4 @@
-"""Gaussians around each stroke -> direction of constant color, and of the surface's extent.
+"""Directions of constant color, and of the surface's extent, from the Gaussians around each stroke.
 
 Gaussians are finer than strokes, so they show edges that strokes cross. The unit of length is the distance of
 the farthest neighbor, whose weight is zero: the result depends neither on unit and position of the scene,
@@ -20,7 +20,7 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors
 
 NUM_NEIGHBORS = 20
-SURFACE = 0.6  # share of the Gaussians that is used, those of most paint: the others are mostly hidden
+SURFACE = 0.6  # share of the Gaussians used, those with the most paint: the others are mostly hidden
 FARTHEST = 1e6  # scene radii; larger distances are clipped
 # Step of color across a stroke with weight 1/2, CIELAB / 100: 3 units are just visible side by side.
 HALF_STEP = 0.03
