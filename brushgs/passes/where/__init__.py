@@ -1,6 +1,6 @@
-"""Which Gaussians lie in a part of the scene: a membership of 0 to 1 for each.
+"""Membership of each Gaussian, 0 to 1, in a part of the scene.
 
-    term -> signed distance or mask -> membership, `and` the lowest, `or` the highest, `not` 1 less it
+    term -> signed distance or mask -> membership; `and` takes the minimum, `or` the maximum, `not` 1 minus it
 
 One module for each kind of term; `evaluate` combines them.
 """

@@ -24,7 +24,7 @@ from brushgs.values.arrays import F32, F64
 T = TypeVar("T")
 PICKLES = (".bin", ".pt", ".pth", ".ckpt", ".pkl", ".h5", ".msgpack")  # formats of weights that are not read
 WEIGHTS = ("model.safetensors", "model.safetensors.index.json")
-# Of the pictures CLIP was trained with, for folders without a preprocessor_config.json.
+# Normalization of CLIP's training pictures, for folders without a preprocessor_config.json.
 MEAN, DEVIATION = (0.48145466, 0.4578275, 0.40821073), (0.26862954, 0.26130258, 0.27577711)
 BATCH = 8  # windows at once: a base model at 224 pixels takes 1.1 GB in all
 BRING = "a folder with config.json, model.safetensors, tokenizer.json and preprocessor_config.json"
@@ -207,7 +207,7 @@ def pretrained(kind: Any, folder: Path, name: str, cure: str, **options: Any) ->
         kind: the class.
         folder: with the model.
         name: of it, for messages.
-        cure: what to bring instead.
+        cure: the remedy to name in messages.
         options: further ones of `from_pretrained`.
 
     Raises:

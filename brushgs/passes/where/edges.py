@@ -1,4 +1,4 @@
-"""From distances to memberships: hard edges, and soft ones of a width."""
+"""Turn distances into memberships: hard edges, and soft ones of a given width."""
 
 import numpy as np
 

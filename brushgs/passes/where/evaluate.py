@@ -72,7 +72,7 @@ def memberships(where: Where, gaussians: Gaussians, context: WhereContext | None
         context: inputs of some terms, or None.
 
     Returns:
-        [N] 0 to 1: `and` is the lowest, `or` the highest of its parts, `not` 1 less its part.
+        [N] 0 to 1: `and` is the minimum of its parts, `or` the maximum, `not` 1 minus its part.
 
     Raises:
         ValueError: if a term needs something that the context lacks, or names a missing part.

@@ -22,7 +22,7 @@ def in_hull(points: Array, corners: F64, margin: float) -> Mask:
     inside = ((places >= low) & (places <= high)).all(axis=1)
     try:
         planes = ConvexHull(corners).equations
-    except (QhullError, ValueError):  # flat, a line or a point: its box is as good
+    except (QhullError, ValueError):  # flat, a line or a point: use its box
         return np.asarray(inside)
     rows = np.flatnonzero(inside)
     inside[rows] = (places[rows] @ planes[:, :3].T + planes[:, 3]).max(axis=1) <= margin

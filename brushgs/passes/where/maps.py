@@ -1,4 +1,4 @@
-"""Control maps: a value of 0 to 1 for each Gaussian -> factors -> the same for the strokes made of them."""
+"""Control maps: turn a value of 0 to 1 for each Gaussian into factors, and carry them to strokes."""
 
 from dataclasses import replace
 

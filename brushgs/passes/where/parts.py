@@ -1,7 +1,7 @@
 """Connected parts of a scene: Gaussians linked by neighbors within a few of their own sizes.
 
-The unit of the scene does not matter, and neither does how dense it is: two Gaussians are linked where the
-gap between their centers is at most `REACH` of their sizes along the line between them.
+Independent of the unit and the density of the scene: two Gaussians are linked if the gap between their
+centers is at most `REACH` of their sizes along the line between them.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from brushgs.values.quats import rotation_matrices
 
 NUM_NEIGHBOURS = 12
 REACH = 2.0  # standard deviations of each of the two: their visible extents meet
-FAINTEST = 0.1  # opacity: fainter ones link nothing, and belong to the nearest that do
+FAINTEST = 0.1  # opacity: fainter ones link nothing, and belong to the nearest linked Gaussian
 LARGEST = 10.0  # medians of the sizes; larger ones are haze or sky, and would link everything
 
 

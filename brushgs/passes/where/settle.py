@@ -19,13 +19,13 @@ from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
 
 NUM_NEIGHBOURS = 10
-NEAR = 1.5  # standard deviations of both together, of a normal distribution of the weights
-SAME_COLOR = 0.05  # Euclidean in display-encoded RGB, likewise; with 0.08 the cloth is found by 0.02 less
-THINNEST = 0.1  # of a Gaussian's largest scale: minimum thickness here, so that curved surfaces are linked
-LEAST = 1e-6  # weight: no Gaussian is alone
+NEAR = 1.5  # standard deviations of both together: deviation of the normal distribution of weights
+SAME_COLOR = 0.05  # likewise, Euclidean in display-encoded RGB; 0.08 lowers the IoU of the cloth by 0.02
+THINNEST = 0.1  # minimum thickness, of a Gaussian's largest scale, so that curved surfaces are linked
+LEAST = 1e-6  # weight: no Gaussian is without links
 SMOOTH = 0.1  # at 1 the bowl takes the value of its content
 TOLERANCE, MOST_STEPS = 1e-5, 300  # of conjugate gradients
-_ROWS_AT_A_TIME = 1 << 16  # whose neighbors take some 100 MB
+_ROWS_AT_A_TIME = 1 << 16  # limits the memory for neighbors to some 100 MB
 
 
 def settle(gaussians: Gaussians, values: F64, trust: F64) -> F64:
@@ -50,7 +50,7 @@ def settle(gaussians: Gaussians, values: F64, trust: F64) -> F64:
     known = (trust + LEAST) * degrees
     system = diags(SMOOTH * degrees + known) - SMOOTH * links
     own = diags(1 / (SMOOTH * degrees + known))
-    middle = 0.5 * (values.min() + values.max())  # so that the opposite has the opposite result
+    middle = 0.5 * (values.min() + values.max())  # symmetric: the opposite values give the opposite result
     centred = values - middle
     found, _ = cg(system, known * centred, x0=centred, rtol=TOLERANCE, maxiter=MOST_STEPS, M=own)
     return np.asarray(np.clip(middle + found, values.min(), values.max()))

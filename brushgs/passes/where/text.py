@@ -1,11 +1,11 @@
-"""Words -> how well each Gaussian matches them, 0 to 1, by a model of pictures and words from the user.
+"""How well each Gaussian matches words, 0 to 1, by a model of pictures and words from the user.
 
     views all around -> windows of several scales -> similarity of each patch to the words and to phrases that
     fit anything -> votes on Gaussians -> relevance
 
-The model (`Encoder`) only compares patches of a picture with words; the rest does not depend on it. The
-similarity of a patch is voted on its Gaussians, over all views; since similarity is linear, the result is the
-similarity of the mean over all visible parts of a Gaussian.
+The model (`Encoder`) only compares patches of a picture with words; the rest does not depend on it. Each
+patch votes with its similarity on its Gaussians, over all views. Since similarity is linear, the result is
+the similarity of the mean feature over all visible parts of a Gaussian.
 
 The quality with real weights has not been measured, since none come with brushgs. Tests cover the vote, with
 a model of known answers, and the code path of a real model with random weights.
@@ -28,7 +28,7 @@ from brushgs.values.arrays import F32, F64
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
-CANONICAL = ("object", "things", "stuff", "texture")  # fit anything; of LERF
+CANONICAL = ("object", "things", "stuff", "texture")  # phrases that fit anything, from LERF
 SHARPNESS = 10.0  # factor on cosines before comparison, from LERF; without effect on a relevance of 1/2
 VIEW = 448  # pixels: views are square, like the windows of CLIP; `small_view` sets the size
 SCALES = (1.0, 2.0)  # shorter side of the picture in windows: the whole, and parts
@@ -67,7 +67,7 @@ def word_finder(
     *,
     num_threads: int | None = None,
 ) -> "WordFinder":
-    """What asks CLIP, from a folder of the user, how well Gaussians fit words, one after the other.
+    """Prepare queries: how well Gaussians fit words, by a CLIP model in a folder of the user.
 
     Args:
         gaussians: N >= 1 Gaussians.
@@ -85,7 +85,7 @@ def word_finder(
 
 
 class WordFinder:
-    """The features of a scene by a model, for queries by words."""
+    """Features of a scene by a model, for queries by words."""
 
     def __init__(
         self,
@@ -112,7 +112,7 @@ class WordFinder:
     def relevance(self, words: str) -> F64:
         """[N] how well each Gaussian fits words such as "the truck", 0 to 1.
 
-        1/2 is as well as the best of `CANONICAL`, which fit anything: what is above it fits.
+        1/2 means as well as the best of `CANONICAL`, which fit anything: higher values are matches.
 
         Raises:
             ValueError: if there are more words than the model takes.
@@ -142,7 +142,7 @@ class WordFinder:
 
 
 def relevance(similar: F64) -> F64:
-    """[n] the share of the words against the best canonical phrase.
+    """[n] softmax share of the words against the best canonical phrase.
 
     Args:
         similar: [n, 1 + P] cosines to the words, and to P phrases.
@@ -180,7 +180,7 @@ def patch_grids(encoder: Encoder, picture: F32) -> list[F32]:
     height, width = picture.shape[:2]
     grids = []
     for scale in SCALES:
-        short = scale * encoder.side / min(height, width)  # patches a pixel
+        short = scale * encoder.side / min(height, width)  # patches per pixel
         rows, columns = (max(round(length * short), encoder.side) for length in (height, width))
         larger = resize(picture, columns * encoder.patch, rows * encoder.patch, edges="nearest")
         grids.append(_grid(encoder, np.clip(larger, 0, 1).astype(np.float32)))
