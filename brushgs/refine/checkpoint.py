@@ -31,7 +31,7 @@ from brushgs.pipeline.resume import (
 from brushgs.values.gaussians import Gaussians
 
 SECONDS_BETWEEN_CHECKPOINTS = 20.0
-# Options that a fit does not depend on: it draws in order of depth, on white; and files, which go by their
+# Options without influence on a fit: it draws by depth, on white. And files, which are compared by their
 # content.
 MORE_STYLES = tuple(f"style image {number}" for number in range(2, MAX_STYLES + 1))
 _NOT_OF_A_FIT = "background", "order", "stroke", "palette file"
@@ -170,5 +170,5 @@ def _files_of(paint: PaintConfig, config: RefineConfig) -> dict[str, Path | None
 
 
 def _plain(value: Any) -> Any:
-    """A value as a checkpoint holds it: a number, text or None."""
+    """A value in the form stored by a checkpoint: a number, text or None."""
     return value if value is None or isinstance(value, bool | int | float | str) else str(value)

@@ -23,7 +23,7 @@ from brushgs.values.colors import flatten
 if TYPE_CHECKING:
     from brushgs.refine.perceptual import Network
 
-LEAST_SIDE = 16  # pixels: what every measure can be computed on
+LEAST_SIDE = 16  # pixels: the least that every measure accepts
 _PAIRS: dict[str, tuple[str, Callable[[Array, Array], float]]] = {
     "psnr": ("dB, more is nearer", psnr),
     "ssim": ("structural similarity, 1 is equal", ssim),
@@ -38,9 +38,9 @@ class Figure:
 
     Attributes:
         name: of the measure.
-        words: what it says.
-        values: what pictures are compared with -> mean; "alone" for those of single pictures. None for a
-            mean that is infinite, as is the PSNR of equal pictures.
+        words: what it measures.
+        values: mean by comparison, such as with plain pictures; "alone" for measures of single pictures.
+            None for an infinite mean, such as the PSNR of equal pictures.
     """
 
     name: str
@@ -101,7 +101,7 @@ class Pictures:
         return cls(own, others, None if style is None else flatten(_rgb(read_image(style))))
 
     def pairs(self, *, of_any_size: bool) -> Iterator[tuple[str, list[tuple[Array, Array]]]]:
-        """Name and pairs of each comparison."""
+        """Name and pairs of pictures of each comparison."""
         if self.plain:
             yield "plain", list(zip(self.painted, self.plain, strict=True))
         if len(self.painted) > 1:
@@ -151,7 +151,7 @@ def compare_pictures(
 
 
 def _values_of(network: "Network", weights: Path, pictures: Pictures) -> dict[str, float | None]:
-    """What a network finds, by comparison."""
+    """Mean values of a network, by comparison."""
     values: dict[str, float | None] = {}
     if network.pair is not None:
         distance = network.pair(weights)

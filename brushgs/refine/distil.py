@@ -21,7 +21,7 @@ from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Variables
 from brushgs.values.gaussians import Gaussians
 
-BACKGROUND = (1.0, 1.0, 1.0)  # errors are measured on white, as everywhere
+BACKGROUND = (1.0, 1.0, 1.0)  # errors are measured on white, as everywhere in brushgs
 # Weight of the roundness term if all parameters move, and the aspect up to which it is 0.
 ROUNDNESS, FREE_ASPECT = 0.05, 5.0
 
@@ -54,7 +54,7 @@ def distil(
     def objective(frame: ba.Frame, view: TargetView, strokes: ba.Gaussians) -> Tensor:
         of_color = photometric(frame.rgb, view.rgb, num_threads)
         of_alpha = photometric(frame.alpha[..., None], view.alpha[..., None], num_threads)
-        loss = (3 * of_color + of_alpha) / 4  # all four channels count alike
+        loss = (3 * of_color + of_alpha) / 4  # equal weight for all four channels
         if "opacities" in variables.moving:
             loss = loss + ROUNDNESS * roundness(strokes.scales, FREE_ASPECT)
         return loss

@@ -64,7 +64,7 @@ class FilterBank:
         self._factors = factors
 
     def __call__(self, picture: Tensor) -> list[Tensor]:
-        """Features of a picture [3, H, W]: [25, h, w] at each scale, positions from the first pixel on."""
+        """Features of a picture [3, H, W]: [25, h, w] at each scale, from the first pixel on."""
         groups = []
         for scale, stride, factor in zip(SCALES, STRIDES, self._factors, strict=True):
             reduced = F.avg_pool2d(picture[None], scale, ceil_mode=True)[0] if scale > 1 else picture
@@ -73,7 +73,7 @@ class FilterBank:
         return groups
 
     def content(self, groups: list[Tensor]) -> list[Tensor]:
-        """The features that describe the content, of features [25, n]: colors at the coarser scales."""
+        """The features [25, n] that describe the content: colors at the coarser scales."""
         return [torch.cat([group[_KINDS[0]], group[-1:]]) for group in groups[_CONTENT_SCALES]]
 
 

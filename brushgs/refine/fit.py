@@ -27,9 +27,9 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 
 LAST_RATE = 0.05  # learning rate of the last step over that of the first; half a cosine in between
-NUM_EVALUATIONS = 20  # over all steps, beside the one before the first step
+NUM_EVALUATIONS = 20  # over all steps, besides the one before the first step
 # The fit ends early if this many evaluations in a row gain less than this many dB together; 0.1 dB is
-# invisible. Not in its first half, as lower rates settle what high ones scatter.
+# invisible. Never in its first half, because lower rates later settle what high ones scatter.
 PATIENCE, LEAST_GAIN = 5, 0.05
 
 Objective = Callable[
@@ -130,7 +130,7 @@ class FitSchedule:
         steps: maximum, >= 1.
         rates: learning rates of the first step.
         seed: of the order of the views.
-        evaluations: over all steps, beside the one before the first step.
+        evaluations: over all steps, besides the one before the first step.
         checkpoint: written every `SECONDS_BETWEEN_CHECKPOINTS`, at the end and on a stop; the fit starts from
             its state, if any. Or None.
     """
@@ -143,7 +143,7 @@ class FitSchedule:
 
 
 class Fit:
-    """The state of one fit; `run` does it."""
+    """The state of one fit; `run` executes it."""
 
     def __init__(
         self,
@@ -291,7 +291,7 @@ class Fit:
 
 @contextmanager
 def _one_thread() -> Iterator[None]:
-    """PyTorch on one thread, as its sums depend on their number; rasterizing keeps all threads.
+    """PyTorch on one thread, since its sums depend on the number of threads; rasterizing keeps all threads.
 
     Its threads also busy-wait: on two shared cores a style step took 6.9 s with two threads and 0.6 s with
     one.

@@ -1,6 +1,6 @@
-"""Strokes of a scene -> marks of a style, with its brushes: one stage of a report.
+"""Lay the strokes of a scene as marks of a style, with its brushes: one stage of a report.
 
-    strokes (-> at the middle moment) -> marks, see `lay` (-> at their own) -> broken color -> brushes
+    strokes (-> at the middle moment) -> marks, see `lay` (-> at their own moments) -> broken color -> brushes
 
 The brushes are images in the style file, which is written beside the strokes and named in them, so that
 painting the stroke file uses them.
@@ -34,7 +34,7 @@ from brushgs.values.style import StyleMarks
 
 FIRST_SIZE = 480, 270  # pixels: the shape of the picture that `render` paints
 AROUND, AROUND_SIZE = 12, (192, 144)  # views, and their pixels
-BROKEN = 0.7  # share of the painting's variation of marks: later steps add to it
+BROKEN = 0.7  # share of the painting's color variation: later steps add to it
 _BRUSH_DRAW = 9  # random stream for the choice of brushes
 
 
@@ -58,7 +58,7 @@ def style_beside(output: Path) -> Path:
 
 
 def brush_names(output: Path, number: int) -> tuple[str, ...]:
-    """Names of the brushes of the style beside an output, relative to its folder."""
+    """Names of the brushes in the style beside an output, relative to its folder."""
     path = style_beside(output)
     is_file = output.suffix.lower() in SCENE_SUFFIXES
     found = path.name if is_file else f"../{path.name}"
@@ -158,7 +158,7 @@ def _with_images(
 
 
 def at_reference(strokes: Gaussians, pose: Pose) -> Gaussians:
-    """Strokes at the moment of a pose -> at their reference moments, with unchanged colors and opacities."""
+    """Move strokes from the moment of a pose to their reference moments; colors and opacities stay."""
     rows, found = match(strokes, pose.ids)
     if len(rows) == 0:
         return strokes

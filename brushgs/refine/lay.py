@@ -1,10 +1,10 @@
-"""Strokes -> marks of a painting, with its direction, length and slenderness, before any fit.
+"""Turn strokes into marks of a painting, with its direction, length and slenderness, before any fit.
 
 Gradients turn and stretch strokes slowly, and strokes of a scene are nearly round and follow its forms: a fit
-from there ends as other colors in the old marks. So strokes are first laid in the direction of the
-painting's marks, with the painting over the picture of a camera, see `mark_directions`; the first camera
-decides where it sees a stroke, else those around the scene. Marks become shorter and wider where their ends
-would leave the surface or reach another color (Litwinowicz 1997).
+from there only changes the colors of the old marks. So strokes are first laid in the direction of the
+painting's marks, with the painting over the picture of a camera, see `mark_directions`. The first camera
+decides for the strokes that it sees, cameras around the scene for the others. Marks become shorter and wider
+where their ends would leave the surface or reach another color (Litwinowicz 1997).
 """
 
 from collections.abc import Sequence
@@ -26,21 +26,21 @@ from brushgs.values.sh import base_colors, shift_base_colors
 from brushgs.values.style import StyleMarks
 
 IN_FRONT = 0.04  # depth tolerance of a visible stroke, relative to its depth
-FACING = (0.15, 0.45)  # cosine between normal and view, faded out: edge-on views say little
+FACING = (0.15, 0.45)  # cosine between normal and view over which views gain weight; edge-on is unreliable
 FIRST = 3.0  # weight of the first view over each of the others
-STEEP = 2.0  # power of that cosine as weight of views
+STEEP = 2.0  # exponent of that cosine in the weight of views
 FAINT = 1e-6  # least meaningful sum of directions
 SMOOTH = 1.0  # weight of the neighbors over a stroke's own direction
 LENGTHS = (0.02, 0.14)  # limits in shorter sides of the picture: longer marks hide the scene
 MOST_MARKS = 12_000  # limit: the time of a step grows with the number of marks
 MOST_PARTS = 12  # rows, and columns, of marks per stroke
-APART = 1.0  # distance of rows of marks, in widths
+APART = 1.0  # distance between rows of marks, in widths
 OWN_SIZE = 0.7  # how far mark sizes follow stroke sizes: 0 (one size) to 1
-SIZES = (0.35, 1.4)  # of a typical mark: the smallest and the largest
-OWN_PAINT = 0.9  # least area of a mark over that of its stroke
+SIZES = (0.35, 1.4)  # smallest and largest mark, relative to a typical one
+OWN_PAINT = 0.9  # least area of a mark, relative to that of its stroke
 SLENDER = 4.0  # aspect above which strokes are kept: posts and ropes
 LEAST_ASPECT = 1.3  # least aspect of a shortened mark
-TRIED = (1.0, 0.8, 0.63, 0.5, 0.4, 0.32, 0.25)  # shares of the length
+TRIED = (1.0, 0.8, 0.63, 0.5, 0.4, 0.32, 0.25)  # shares of the length to try
 OUTSIDE = 0.4  # alpha below which a picture shows no surface
 OTHER_COLOR = 0.11  # RGB distance above which an end lies on another object
 TINY = 1e-30

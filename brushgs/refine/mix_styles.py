@@ -1,8 +1,8 @@
-"""Several styles in their shares -> one style and the picture that shows it, for `refine --style`.
+"""Mix several styles by their shares into one style and a picture that shows it, for `refine --style`.
 
-Colors are joined, each as often as its share says; marks have the means of sizes and directions, and brushes
-of all. One style that is taken wholly stays as it is. Contours and surroundings are no strokes of a scene:
-their dials say nothing here.
+The palette contains the colors of all styles by share; marks have the mean of sizes and directions, and the
+brushes of all. A single style with share 1 stays unchanged. The dials of contours and stage have no effect,
+because these are no strokes of the scene.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from brushgs.refine.painting_style import PaintingStyle, open_style, painted
 from brushgs.values.arrays import F32
 from brushgs.values.style import Style, StyleMarks, StylePalette
 
-MOST_BRUSHES = 8  # of a mix
+MOST_BRUSHES = 8  # in a mix
 
 
 def open_styles(config: StyleConfig) -> PaintingStyle:
@@ -32,14 +32,14 @@ def open_styles(config: StyleConfig) -> PaintingStyle:
 
 
 def mixed(styles: Sequence[Style], config: StyleConfig) -> Style:
-    """Styles of paintings, each with its share and dials in `config`, as one."""
+    """Mix styles of paintings by the shares and dials in `config`."""
     colors = []
     for style, one in zip(styles, config.styles, strict=True):
         assert style.palette is not None, "a painting has colours"
         share = one.share * one.color
         colors += [replace(color, share=color.share * share) for color in style.palette.colors if share > 0]
     total = sum(color.share for color in colors)
-    palette = styles[0].palette  # whose strength is 0
+    palette = styles[0].palette  # used with strength 0
     if total > 0:
         palette = StylePalette(tuple(replace(color, share=color.share / total) for color in colors))
     name = " and ".join(style.name for style in styles)[:80]
@@ -47,7 +47,7 @@ def mixed(styles: Sequence[Style], config: StyleConfig) -> Style:
 
 
 def _marks(styles: Sequence[Style], config: StyleConfig) -> StyleMarks | None:
-    """The marks of a mix; None where no style with a share has some."""
+    """The marks of a mix; None if no style with a share has any."""
     parts = [
         (style.marks, one.share * one.marks, one.direction)
         for style, one in zip(styles, config.styles, strict=True)
@@ -85,7 +85,7 @@ def _marks(styles: Sequence[Style], config: StyleConfig) -> StyleMarks | None:
 
 
 def _on_grid(directions: F32, rows: int, columns: int) -> F32:
-    """Directions [h, w, 2] at the places of another grid, the nearest ones."""
+    """Directions [h, w, 2] resampled to another grid, by nearest neighbor."""
     i = (np.arange(rows) + 0.5) * directions.shape[0] // rows
     j = (np.arange(columns) + 0.5) * directions.shape[1] // columns
     return np.asarray(directions[i.astype(int)[:, None], j.astype(int)])

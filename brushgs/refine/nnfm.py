@@ -1,10 +1,10 @@
-"""Matching of features to a style image: nearest neighbors (NNFM), or Gram matrices.
+"""Match features to a style image: by nearest neighbors (NNFM), or by Gram matrices.
 
-The loss of NNFM is the mean cosine distance from each feature of the picture to the nearest one of the style
-image. That of Gram matrices is their squared distance, for each group relative to the squared norm of the
-style image's own: the constants of the paper are left out, which depend on sizes and scales of layers.
-Losses are computed by tiles, keeping only gradients by pixels, so that memory does not grow with the picture
-(deferred back-propagation).
+The NNFM loss is the mean cosine distance from each feature of the picture to the nearest one of the style
+image. The Gram loss is the squared distance of the matrices, for each group relative to the squared norm of
+the style image's own; this replaces the constants of the paper, which depend on the sizes and scales of
+layers. Losses are computed by tiles, and only gradients by pixels are kept, so that memory does not grow with
+the picture (deferred back-propagation).
 Sources: Zhang et al. 2022, ARF, eq. 1 and section 4.2 (NNFM); Gatys, Ecker and Bethge 2016, Image Style
 Transfer Using Convolutional Neural Networks, eq. 3 to 5 (Gram matrices).
 """
@@ -58,10 +58,11 @@ class Style(Protocol):
     features: Features
 
     def loss(self, tiles: Callable[[], Tiles]) -> tuple[float, TileLoss]:
-        """The loss of a picture as a constant and a term of each tile, whose sum has the loss's gradient.
+        """The loss of a picture, as a constant plus a term for each tile; the sum has the gradient of the
+        loss.
 
         Args:
-            tiles: goes over all tiles of the picture, without gradients, if the loss needs a first pass.
+            tiles: iterates over all tiles of the picture, without gradients, if the loss needs a first pass.
         """
         ...
 
@@ -217,7 +218,7 @@ def style_gradient(
 
 
 def _weighted_mean(distances: list[Tensor], shares: list[Tensor]) -> Tensor:
-    """The part of a tile in the mean over all positions, weighted by their shares; groups count alike."""
+    """A tile's part of the mean over all positions, weighted by their shares; groups have equal weight."""
     return torch.stack([(d * s).sum() for d, s in zip(distances, shares, strict=True)]).mean()
 
 

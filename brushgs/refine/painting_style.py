@@ -1,4 +1,5 @@
-"""The argument of `refine --style` -> a style and its painting: paintings are learned, styles are painted.
+"""Open the argument of `refine --style` as a style with its painting: paintings are learned, styles are
+painted.
 
 Strokes are matched to features of a picture. A style file has no picture, so one is painted with its marks,
 directions, colors and brushes.
@@ -20,12 +21,12 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.style import Style, StyleMarks
 
-NUM_MARKS = 8  # of a dictionary, where they are the brushes
+NUM_MARKS = 8  # of a dictionary, if its shapes serve as brushes
 SIZE = 480, 360  # pixels of a painting made from a style
 COVER = 5.0  # layers of marks
 MOST_MARKS = 20_000
-LUMPS = 6.0  # areas of one tone along its shorter side
-SPREAD = 0.35  # deviation of a mark's tone from that of its area, over the whole range
+LUMPS = 6.0  # areas of one tone along the shorter side
+SPREAD = 0.35  # deviation of a mark's tone from that of its area, as a share of the range
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +43,7 @@ class PaintingStyle:
 
 
 def is_style(path: Path) -> bool:
-    """Whether a file name is that of a style."""
+    """Whether a file is a style, by its name."""
     return path.suffix.lower() == STYLE_SUFFIX
 
 
@@ -93,7 +94,7 @@ def _learnt(painting: Array, path: Path) -> Style:
     except ValueError as error:
         raise SceneError(path, f"has no colours to take ({error}); choose another picture") from None
     try:
-        marks = learn_marks(painting, 0)  # strokes are fitted to the painting: they take no whole marks
+        marks = learn_marks(painting, 0)  # strokes are fitted to the painting, so they take no marks from it
         if not marks.brushes:
             marks = _with_brushes(learn_marks(painting, NUM_MARKS))
     except ValueError:  # one even color, or too small
@@ -102,7 +103,7 @@ def _learnt(painting: Array, path: Path) -> Style:
 
 
 def _with_brushes(marks: StyleMarks) -> StyleMarks:
-    """Marks too small to be cut as brushes: the shapes of their dictionary are the brushes."""
+    """Give marks that are too small to be cut as brushes the shapes of their dictionary as brushes."""
     shapes = () if marks.dictionary is None else tuple(marks.dictionary.texels[..., 3])
     return replace(marks, brushes=shapes, dictionary=None)
 

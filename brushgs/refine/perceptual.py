@@ -1,4 +1,4 @@
-"""Networks that compare pictures as people or captions do, with weights in a folder of the user.
+"""Networks for perceptual and caption-based comparison of pictures, with weights in a folder of the user.
 
 `NETWORKS` is the table of them. Pictures are [H, W, 3], display-encoded, 0 to 1. LPIPS and DISTS are formulas
 on the features of `Vgg`: their libraries need torchvision, whose wheels do not load beside PyTorch for CPUs.
@@ -142,7 +142,7 @@ class ClipPictures:
         self._words = self._encoder.of_words(PROMPTS)
 
     def embed(self, picture: Array) -> F64:
-        """[D] unit vector of a picture, whose middle square is seen."""
+        """[D] unit vector of the middle square of a picture."""
         window = _square(picture, self._encoder.side * self._encoder.patch)
         return _finite(self._folder, self._encoder.of_pictures(window[None])[0])
 
@@ -174,7 +174,7 @@ class Dino:
         self._side = side if kind == "vit" else min(side, DINO_SIDE)
 
     def embed(self, picture: Array) -> F64:
-        """[D] unit vector of a picture, whose middle square is seen."""
+        """[D] unit vector of the middle square of a picture."""
         x = _tensor(_square(picture, self._side))
         with torch.inference_mode():
             found = self._model((x - _channels(MEAN)) / _channels(STD)).last_hidden_state[0, 0]
@@ -188,9 +188,9 @@ class Network:
 
     Attributes:
         name: of the measure.
-        words: what it says, and which end is good.
+        words: what it measures, and which end is good.
         files: its weights in the folder.
-        model: folder of a model of transformers in the folder, or "".
+        model: subfolder with a model of transformers, or "".
         pair: opens a distance of two pictures of one size; or None.
         embed: opens an embedding, whose cosine is the measure; pictures may differ in size; or None.
         alone: opens a measure of a single picture; or None.
@@ -205,7 +205,7 @@ class Network:
     alone: Callable[[Path], Callable[[Array], float]] | None = None
 
     def missing_from(self, folder: Path) -> str | None:
-        """The sentence for the first file that a folder lacks, or None."""
+        """The message about the first file that a folder lacks, or None."""
         if self.model and not is_dir(folder / self.model):
             return f"{folder} lacks the folder {self.model}: {_MODELS[self.model]}"
         return next((file.missing_from(folder) for file in self.files if file.find(folder) is None), None)
@@ -269,14 +269,14 @@ def _last_of_blocks(vgg: Vgg, normalized: Tensor, pool: Callable[[Tensor], Tenso
 
 
 def _root_of_mean_square(x: Tensor) -> Tensor:
-    """The pooling of DISTS: of squares, by a Hann window."""
+    """The pooling of DISTS: root of the mean square, by a Hann window."""
     window = _HALF[:, None] * _HALF
     kernel = (window / window.sum()).expand(x.shape[1], 1, 3, 3)
     return (F.conv2d(x.square(), kernel, stride=2, padding=1, groups=x.shape[1]) + 1e-12).sqrt()
 
 
 def _square(picture: Array, side: int) -> Array:
-    """The middle square of a picture, in pixels of a model (antialiased bicubic, the shorter side fitted)."""
+    """The middle square of a picture, at a model's size (antialiased bicubic, shorter side fitted)."""
     height, width = picture.shape[:2]
     short = min(height, width)
     size = (max(side, round(height * side / short)), max(side, round(width * side / short)))

@@ -1,4 +1,4 @@
-"""Inputs of a refinement that are found by its run: learning rates of each stroke, and files of weights."""
+"""Inputs of a refinement that are determined at run time: learning rates per stroke, and files of weights."""
 
 from dataclasses import replace
 
@@ -14,20 +14,20 @@ from brushgs.values.gaussians import Gaussians
 
 
 def with_weights(config: RefineConfig, report: Report) -> RefineConfig:
-    """The options with the file of weights that is used, which the report names with its hash."""
+    """The options with the weights file in use; the report names it with its hash."""
     if config.style is None:
         return config
     from brushgs.refine.style import weights_file
     from brushgs.refine.weights import hash_of
 
     found = weights_file(config.weights)
-    if found is not None and is_plain(found):  # a missing one is refused where it is read
+    if found is not None and is_plain(found):  # a missing file is refused by the reader
         report.tell(f"features of {found.name}, {hash_of(found)}")
     return replace(config, weights=found)
 
 
 def rates_of_rows(strokes: Gaussians, view: FirstView, config: RefineConfig, report: Report) -> F64 | None:
-    """[N] factors on the learning rates of strokes, by region; None for 1. The first region counts."""
+    """[N] factors on the learning rates of strokes; None for 1. The first region with a stroke counts."""
     if not config.rated_regions:
         return None
     shares = np.ones(len(strokes))

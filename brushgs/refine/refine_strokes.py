@@ -20,7 +20,7 @@ class StyleTarget(NamedTuple):
     """A style image as the target."""
 
     painting: Array  # [H, W, 3] 0 to 1, of any size
-    is_laid: bool  # whether the strokes are laid as its marks already
+    is_laid: bool  # whether the strokes were already laid as its marks
 
 
 def refine_strokes(
@@ -98,7 +98,7 @@ def refine_strokes(
 
 
 def _in_words(result: Refinement, config: RefineConfig, num_views: int, resumed_from: int | None) -> str:
-    """What the stage did."""
+    """A summary of the stage in words."""
     words = (
         f"{result.moved:,} strokes, {config.params}: {result.psnr_before:.2f} to {result.psnr_after:.2f} dB "
         f"to the plain picture in {num_views} other views; {result.stopped}"

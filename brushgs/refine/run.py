@@ -1,4 +1,4 @@
-"""`brushgs refine`: a scene file -> strokes -> refined strokes, written as a scene file.
+"""`brushgs refine`: make strokes of a scene file, refine them, and write them as a scene file.
 
 stroke (-> palette) -> load -> prune -> cluster (-> recolor) (-> follow) -> views -> refine -> write
 
@@ -97,7 +97,7 @@ def refine_file(
             paint = replace(paint, palette=_palette_of(config.style, learnt, output))
     prepared = prepare(
         scene,
-        paint if config.where is None else replace(paint, palette=None),  # applied to that part alone
+        paint if config.where is None else replace(paint, palette=None),  # applies to that part only
         report,
         asks=(*STROKES, "first_view", "scene"),
     )
@@ -122,7 +122,7 @@ def refine_file(
         variables = Variables(strokes, config.params, moves, shares)
         refined = refine_strokes(variables, views, drawing, schedule, config, report, target)
         report.settings = _settings(scene, paint, config, view)
-        # First, so that a failing plot does not lose it.
+        # before the plot: if that fails, the strokes are not lost
         write_strokes(refined, prepared, output, name, report)
         checkpoint.remove()
     if outputs is not None:
@@ -136,7 +136,7 @@ def refine_file(
 
 
 def _inputs(files: SceneFiles | None, paint: PaintConfig, config: RefineConfig) -> tuple[Path, ...]:
-    """All files that are read."""
+    """All input files."""
     extras = [] if config.weights is None else [config.weights]
     extras += () if config.style is None else config.style.files
     parts = (*(() if config.where is None else (config.where,)), *config.rated_regions)

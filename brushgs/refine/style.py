@@ -1,4 +1,4 @@
-"""Refine strokes toward a style image: its features, with the content and smoothness of the scene.
+"""Refine strokes toward a style image: match its features, keep the scene's content, and stay smooth.
 
 Source: Zhang et al. 2022, ARF (NNFM, content and total variation; colors are transferred first).
 """
@@ -40,12 +40,12 @@ EVALUATIONS = 8
 
 @dataclass(frozen=True)
 class Weights:
-    """Weights of the losses beside the style loss, which counts once.
+    """Weights of the losses relative to the style loss, whose weight is 1.
 
     Attributes:
-        content: of the mean cosine distance to the features of the recoloured plain picture.
+        content: of the mean cosine distance to the features of the recolored plain picture.
         outline: of the mean squared difference of alpha to the plain picture: outside the subject no features
-            hold strokes back.
+            hold strokes in place.
         variation: of the total variation.
         color: of the squared distance of mean and covariance of the colors from the style image's.
     """
@@ -130,7 +130,7 @@ def stylise(
     """Refine strokes toward a style image.
 
     Args:
-        variables: recoloured strokes to optimize, and which of their parameters.
+        variables: recolored strokes to optimize, and which of their parameters.
         training_views: views of the loss, with target pictures in the colors of the style image as content.
         validation_views: other views, for the score.
         style: features of the style image.

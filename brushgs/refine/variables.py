@@ -1,4 +1,4 @@
-"""Strokes -> parameters of an optimizer, and back to strokes.
+"""Strokes as parameters of an optimizer, and back.
 
 Scales are optimized as logarithms and opacities as logits, so that they stay in range. Rows outside the mask
 and columns outside the chosen set come back bit for bit.
@@ -53,7 +53,7 @@ class Rates:
     sh_rest: float = 0.002
 
     def times(self, factors: Mapping[str, float]) -> "Rates":
-        """The same with some of them, by name, times a factor."""
+        """The rates, some of them (by name) times a factor."""
         return replace(self, **{name: getattr(self, name) * factor for name, factor in factors.items()})
 
 

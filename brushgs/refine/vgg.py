@@ -14,8 +14,8 @@ from torch import Tensor
 from brushgs.options.experiments import style_layer
 from brushgs.refine.weights import find_vgg, read_state, tensor_of
 
-# Channels of the 3 x 3 convolutions of each block; between blocks, the picture is halved. torchvision numbers
-# convolutions, ReLUs and pools alike.
+# Channels of the 3 x 3 convolutions of each block; between blocks, the picture is halved. torchvision counts
+# convolutions, ReLUs and pools in one sequence.
 WIDTHS = 64, 128, 256, 512, 512
 CONVOLUTIONS = {16: (2, 2, 3, 3, 3), 19: (2, 2, 4, 4, 4)}
 MEAN, STD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)  # ImageNet normalization of the input
@@ -89,14 +89,14 @@ class Vgg:
         return [torch.cat(group) for group in found.values()]
 
     def content(self, groups: list[Tensor]) -> list[Tensor]:
-        """The features that describe the content: all."""
+        """All features: each describes the content."""
         return groups
 
 
 def _pool(x: Tensor) -> Tensor:
     return F.max_pool2d(
         x, 2, ceil_mode=True
-    )  # positions for incomplete cells too, at the right and the bottom
+    )  # includes positions of incomplete cells at the right and the bottom
 
 
 def find_weights() -> Path | None:

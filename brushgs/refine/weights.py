@@ -1,7 +1,7 @@
-"""Weights of networks in a folder of the user: names of the files, and how they are read.
+"""Network weights in a folder of the user: file names, and reading.
 
-A state dict is read from safetensors, or from a file of torch whose pickle may hold tensors only.
-Nothing is downloaded.
+A state dict is read from safetensors, or from a torch file whose pickle contains only tensors. Nothing is
+downloaded.
 """
 
 import hashlib
@@ -22,7 +22,7 @@ class WeightsFile:
 
     Attributes:
         what: the network.
-        names: file names that are looked for, in this order; also with the suffix .safetensors.
+        names: file names to look for, in this order; also with the suffix .safetensors.
         layout: of its tensors.
         source: where its authors publish it.
     """
@@ -38,7 +38,7 @@ class WeightsFile:
         return next((folder / name for name in names if is_plain(folder / name)), None)
 
     def missing_from(self, folder: Path) -> str:
-        """The sentence for a folder without it."""
+        """The message about a folder without it."""
         return (
             f"{folder} lacks {self.names[0]} (or .safetensors), the weights of {self.what}: {self.layout}, "
             f"published at {self.source}"
@@ -120,6 +120,6 @@ def tensor_of(
 
 
 def hash_of(path: Path) -> str:
-    """SHA-256 of a file, whose first digits torchvision's file names have."""
+    """SHA-256 of a file; torchvision's file names contain its first digits."""
     with path.open("rb") as file:
         return f"sha256 {hashlib.file_digest(file, 'sha256').hexdigest()}"
