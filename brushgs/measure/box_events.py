@@ -17,7 +17,7 @@ FLIP = np.pi / 2  # a larger step is a flip
 SPIN = np.radians(15.0)  # a step above this and up to a flip is a spin
 POP = 1.2  # factor of area in one step, relative to the area of the ellipse
 KINK = 0.5  # pixels that a side moves relative to its ellipse in one step; rounding to pixels moves it by 1
-INNER = 0.1  # of the smaller side: what reaches further in than this cannot leave by the border in one step
+INNER = 0.1  # of the smaller side: a stroke further inside cannot leave through the border in one step
 ROUNDING = 1e-5  # of the length of a stroke: the rounding of float32 columns in its sides
 SLENDER = 0.6  # anisotropy above which a stroke visibly has a direction
 OFF_AXIS = np.radians(10.0)
@@ -190,7 +190,7 @@ def _match_ellipses(boxes: Iterable[Boxes], ellipses: Iterable[Boxes] | None) ->
 
 
 class _BoxMeasures:
-    """What `orientation_events` compares between two frames."""
+    """Measures of a frame that `orientation_events` compares."""
 
     def __init__(self, strokes: _MatchedBoxes, width: int, height: int) -> None:
         self.ids, self.angles, self.opacities = strokes.ids, strokes.angles, strokes.opacities

@@ -26,7 +26,7 @@ POP = 0.2  # of the area of a mark: a larger change of its painted area in one s
 
 @dataclass(frozen=True)
 class MarkFigures:
-    """What happened to the marks of a clip; 0 is the best of each, and `MarkMeter` defines them.
+    """Figures of the marks of a clip, defined by `MarkMeter`; 0 is best for each.
 
     Attributes:
         size_drift: flatness: difference of sizes on the picture from those of the first frame, octaves.
@@ -49,7 +49,7 @@ class MarkFigures:
 
 
 def earth_movers(values: F64, weights: F64, others: F64, other_weights: F64) -> float:
-    """The earth mover's distance of two weighted samples on a line; 0 where one has no weight."""
+    """The earth mover's distance of two weighted samples on a line; 0 if one has no weight."""
     ends, ahead = _ahead(values, weights, others, other_weights)
     return float(np.abs(ahead[:-1]) @ np.diff(ends)) if len(ends) else 0.0
 
@@ -198,7 +198,7 @@ class MarkMeter:
         self._deaths += _alone(before, i)
 
     def figures(self, fps: float) -> MarkFigures:
-        """Of all frames so far; `fps` frames a second, > 0.
+        """The figures of all frames so far, at `fps` > 0 frames per second.
 
         Raises:
             ValueError: if there is no frame, or `fps` is not above 0.

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 PLOT = ".png"
-BARE_PARTS = ("prune", "cluster", "strokes", "draw", "view")  # steps that bare strokes have too
+BARE_PARTS = ("prune", "cluster", "strokes", "draw", "view")  # steps that bare strokes also have
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ LUMA = 0.299, 0.587, 0.114  # weights of the sharpness of R, G, B
 
 
 def uiqm(picture: Array) -> float:
-    """0.0282 UICM + 0.2953 UISM + 3.5753 UIConM of a picture; more is livelier, a flat one has 0.
+    """0.0282 UICM + 0.2953 UISM + 3.5753 UIConM of a picture; higher is livelier, a flat picture has 0.
 
     With values 0 to 255:
     - UICM = -0.0268 sqrt(m_rg^2 + m_yb^2) + 0.1586 sqrt(v_rg + v_yb) of rg = R - G and yb = (R + G) / 2 - B:

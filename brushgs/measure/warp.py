@@ -126,10 +126,10 @@ def match_views(first: View, second: View, displacement: Array | None = None) ->
     Args:
         first: the earlier view.
         second: the later view, of any size.
-        displacement: [H, W, 3] of a scene that moves: from where the surface of each pixel of the second view
-            is to where it was at the time of the first, world units, see `displacements` in
-            `brushgs.measure.flow`; the point of a pixel is moved by it before it is projected. None for a
-            scene that rests.
+        displacement: [H, W, 3] for a moving scene: from the position of the surface of each pixel of the
+            second view to its position at the time of the first, world units, see `displacements` in
+            `brushgs.measure.flow`; the point of a pixel is moved by it before projection. None for a still
+            scene.
     """
     height, width = first.depth.shape
     pixels = np.flatnonzero((second.alpha > PLAIN_ALPHA) & (second.depth > 0))
@@ -140,7 +140,7 @@ def match_views(first: View, second: View, displacement: Array | None = None) ->
     rows, columns = np.divmod(pixels, second.camera.width)
     centers = columns + 0.5, rows + 0.5
     x, y, z = points_seen(first.camera, second.camera, centers, second.depth.reshape(-1)[pixels], steps)
-    x, y = x - 0.5, y - 0.5  # from here on centers of pixels are whole numbers
+    x, y = x - 0.5, y - 0.5  # from here on pixel centers are whole numbers
     is_inside = (z > 0) & (x >= 0) & (x < width - 1) & (y >= 0) & (y < height - 1)
     pixels, x, y, z = pixels[is_inside], x[is_inside], y[is_inside], z[is_inside]
     left, top = x.astype(np.int64), y.astype(np.int64)

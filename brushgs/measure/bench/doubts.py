@@ -10,7 +10,7 @@ from brushgs.measure.bench.figures import Family, Point
 
 STAT = Path("/proc/stat")
 BUSY = 0.1  # processors used by other programs: more changes medians
-UNSTEADY = 0.25  # distance of the quartiles over the median, in the middle of all points
+UNSTEADY = 0.25  # distance of the quartiles over the median, for the median point
 RISES = 1.02  # error of the last count over the least
 
 

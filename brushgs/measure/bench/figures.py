@@ -10,8 +10,8 @@ from brushgs.measure.bench.timing import TimeQuartiles
 from brushgs.measure.likeness import Likeness
 from brushgs.stroke_count.curve import Knee
 
-# Version of the JSON; increases when a key changes its name or meaning. Since 2 a stage has `skipped` in
-# place of `left_out`; since 3 points have `best_by` and a bench `knees`, one for each time.
+# Version of the JSON; increases when a key changes its name or meaning. Version 2 replaced `left_out` of a
+# stage by `skipped`; version 3 added `best_by` to points and `knees` to a bench, one for each time.
 SCHEMA = 3
 
 

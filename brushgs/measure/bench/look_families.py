@@ -144,7 +144,7 @@ def _trial(
 
     Args:
         subject: of the bench.
-        name: for messages.
+        name: of the picture, for messages.
         label: see `Point`.
         series: see `Point`.
         picture: the painting.

@@ -33,8 +33,9 @@ from brushgs.values.camera import Camera, FirstView
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 
-# Samples per pixel along each side at the limit. Of eight paintings of 480 x 270, compared with 6: one sample
-# is 1 to 5 of 255 off and 3 are 0.1 to 0.4; on one in ink, whose marks end in hollows of the paper, 18 and 4.
+# Samples per pixel along each side at the limit. Of eight paintings of 480 x 270, compared with 6 samples: 1
+# sample differs by 1 to 5 of 255, and 3 by 0.1 to 0.4; a painting in ink, whose marks end in hollows of the
+# paper, by 18 and 4.
 SAMPLES = 3
 # Guide views at the limit, besides the usual ones: azimuth and elevation relative to the first view, degrees.
 BETWEEN: Ring = (*((22.5 + 45.0 * step, 4.0) for step in range(8)), *HELD_OUT)
@@ -69,7 +70,7 @@ class Picture:
 
     @classmethod
     def of(cls, prepared: Prepared, camera: Camera | None = None) -> "Picture":
-        """What `brushgs render` paints, in the first view or another one."""
+        """The painting of `brushgs render`, in the first view or another one."""
         seen = camera or prepared.camera
         painting = with_cut_edges(prepared.painting.with_depth(False), seen, prepared.edges)
         return cls(painting, seen, len(prepared.strokes)).in_size(seen)

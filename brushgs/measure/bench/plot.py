@@ -41,7 +41,8 @@ def write_plot(result: Bench, path: Path, title: str) -> None:
 def _draw_family(axes: "Axes", family: Family, kind: str, knee: Knee | None) -> None:
     """A panel: errors over one of the times, by series, with the front of that time.
 
-    For strokes also the error of clustering, and as a line that of one stroke per Gaussian: the brush.
+    For strokes also the error of clustering, and as a line that of one stroke per Gaussian: the error of the
+    brush.
     """
     errors = [255 * point.error.rmse for point in family.points]
     above = [error for error in errors if error > 0]

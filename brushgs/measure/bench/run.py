@@ -36,7 +36,7 @@ class BenchReport(ExperimentReport):
     schema: ClassVar[int] = SCHEMA
 
     def print_figures(self, console: "Console") -> None:
-        """One row per point, and the advice."""
+        """Print one row per point, and the advice."""
         from brushgs.measure.bench.table import print_bench
 
         print_bench(self.result, console)

@@ -14,7 +14,7 @@ COLUMNS = ("", "ms (quartiles)", "painting", *ERRORS)
 
 
 def print_bench(result: Bench, console: "Console") -> None:
-    """A table per family, and the advice."""
+    """Print a table per family, and the advice."""
     for family in result.families:
         console.print(f"{family.title}: against {family.truth}, ms of {family.cost}", markup=False)
         console.print(family_table(family), markup=False)

@@ -40,7 +40,8 @@ class Bound:
     beyond_step: float
 
 
-# The worst measured in any family of real scenes: 1.9e-6, and no pixel beyond a step. Two of 32 x 32 may be.
+# The worst measured in any family of real scenes: 1.9e-6, and no pixel beyond a step. The bound allows 2 of
+# 32 x 32.
 SINGLE = Bound(mean=2e-5, beyond_step=2e-3)
 DOUBLE = Bound(mean=1e-9, beyond_step=0.0)
 

@@ -14,24 +14,24 @@ The complete protocol:
    - `published`: off, bilinear filter, boxes of 2 standard deviations, by depth, no fading (extents are not
      rounded to whole pixels as in the published code: that would add a defect of its own);
    - `plain`: the whole scene as loaded, with the kernel it was trained with. It gives depth and alpha.
-   - `hand`, where a film is made by hand (`--hold`, `--boil`, `--redraw`, `--smear`): `track` with its
-     drawings. The directions of step 3 are those before drawings change them: what turns more than was asked
-     for. A drawing that is held for n frames turns by what n frames turn.
-   Of a scene that moves the strokes are made once and followed, and `published` gives way to
-   - `alone`: strokes made of each moment alone, by the same options, and drawn as a still: by their fields of
-     directions (`--lock canonical`). Mutually nearest strokes of consecutive frames count as the same stroke.
+   - `hand`, for hand-made films (`--hold`, `--boil`, `--redraw`, `--smear`): `track` with its drawings. The
+     directions of step 3 are those before drawings change them: they show only unrequested turns. A drawing
+     held for n frames turns by the turn of n frames.
+   For a moving scene the strokes are made once and followed, and `published` is replaced by
+   - `alone`: strokes made of each moment alone, with the same options, and drawn as a still: with their
+     fields of directions (`--lock canonical`). Mutually nearest strokes of consecutive frames count as one.
 3. **Directions**, from the boxes of every frame, painted or not, by `box_events.orientation_events`: flips,
    spins, size pops, kinks and strokes that vanish, each as a count and as a share of the stroke-frames
    weighted by painted area; the largest step of any direction; the share of slender strokes more than 10
    degrees off both axes of their ellipse (`off_axis_share`); the largest shortfall of a box that does not
    cover its ellipse, as a share of its reach (`worst_shortfall`). Only strokes in space have these figures.
-4. **Flicker.** Pairs of frames (k, k + g) at the gaps g = 1, 7, 10. At most `pairs` pairs of a gap are
-   compared: k = 0, s, 2 s, ... with the stride s = ceil((n - 1) / pairs). For hand-made films it is the next
-   stride without a common divisor with holds and `--boil-every`, as pairs that all start with a drawing would
-   lie within drawings. For each pair the earlier picture is moved to the later view by plain depth and pose
-   (`warp.match_views` defines the valid pixels and the sampling) and compared over valid pixels and three
-   channels, on the background. A figure is the mean over the pairs that have valid pixels: RMSE, RMSE over
-   the worst 1 % of pixels, share of valid pixels.
+4. **Flicker.** Pairs of frames (k, k + g) at the gaps g = 1, 7, 10. At most `pairs` pairs per gap are
+   compared: k = 0, s, 2 s, ... with the stride s = ceil((n - 1) / pairs). For hand-made films the stride is
+   the next one without a common divisor with holds and `--boil-every`; otherwise all pairs could start with a
+   new drawing and lie within it. For each pair the earlier picture is moved to the later view by plain depth
+   and pose (`warp.match_views` defines the valid pixels and the sampling) and compared over valid pixels and
+   three channels, on the background. A figure is the mean over the pairs that have valid pixels: RMSE, RMSE
+   over the worst 1 % of pixels, share of valid pixels.
    For moving scenes, each pixel of the later view is moved by the displacement of the Gaussians that paint it
    before it is looked up (`flow.displacements`), so rows of the scene must correspond.
    **Excess** is the error minus that of the plain picture for the same pair, then the mean over the pairs.

@@ -4,13 +4,13 @@ from brushgs.measure.stability.figures import Figures, Stability
 
 LOCKS = "track", "anchor", "off"  # differ only in their lock; the first wins a tie
 IS_DEFAULT = {LOCKS[0]: " (the default)"}  # of `render` along a path
-COARSE = 0.01  # of the painted area turns or jumps in a frame: above it smaller steps are advised
+COARSE = 0.01  # share of the painted area that turns or jumps in a frame: above it smaller steps are advised
 
 
 def advice(result: Stability) -> str:
-    """The steadiest lock, and by how much: "for this path --lock track (the default) is steadiest: ...".
+    """The steadiest lock and its lead: "for this path --lock track (the default) is steadiest: ...".
 
-    Locks are compared by the painted area of the strokes that flip, spin or pop in a frame, of all.
+    Locks are compared by the share of the painted area in strokes that flip, spin or pop from frame to frame.
     """
     locks = [result[name] for name in LOCKS]
     if all(figures.events == locks[0].events for figures in locks):

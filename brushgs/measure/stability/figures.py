@@ -7,9 +7,9 @@ from typing import Any
 from brushgs.measure.box_events import Events
 from brushgs.measure.marks import MarkFigures
 
-# Version of the JSON; increases when a key changes its name or meaning. Since 2 there is no configuration
-# `image`, and a stage has `skipped` in place of `left_out`. Since 3 configurations have `animation`, `uiqm`
-# and `ssim`, and those of moving scenes are others.
+# Version of the JSON; increases when a key changes its name or meaning. Version 2 removed the configuration
+# `image` and replaced `left_out` of a stage by `skipped`. Version 3 added `animation`, `uiqm` and `ssim`, and
+# changed the configurations of moving scenes.
 SCHEMA = 3
 
 
@@ -19,15 +19,15 @@ class Warp:
 
     Attributes:
         gap: frames between the two pictures of a pair.
-        pairs: how many were compared.
+        pairs: number of compared pairs.
         rmse: 0 to 1.
         worst_1pct: RMSE over the worst 1 % of the valid pixels, 0 to 1.
         valid_share: of the pixels, 0 to 1.
         excess: `rmse` minus that of the plain picture.
         excess_worst_1pct: `worst_1pct` minus that of the plain picture.
         marks: RMS of what the strokes add to the plain picture, 0 to 1.
-        redrawn: share of these marks that does not move with the scene: 0 none, 1 as much as if each
-            frame had new marks; None where there are no marks.
+        redrawn: share of these marks that does not move with the scene: 0 for none, 1 if each frame has new
+            marks; None without marks.
     """
 
     gap: int
@@ -79,7 +79,7 @@ class Figures:
         order: "depth" or "soft".
         num_sigmas: half extent of a box in standard deviations; the mean of several brushes.
         events: flips, spins, size pops and so on.
-        off_axis_share: of slender stroke-frames, those off both axes.
+        off_axis_share: share of slender stroke-frames that are off both axes.
         shortfall: of the worst box, as a share of the reach of its ellipse; 0 or less if every box covers
             its ellipse.
         warps: one per gap at which a pair has valid pixels, ascending.

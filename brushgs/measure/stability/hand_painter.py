@@ -32,7 +32,7 @@ class HandPainter(LookPainter):
 
     def paint(self, index: int, plain: Array | None = None) -> Frame:
         """One frame; it does not depend on the plain picture."""
-        index = self.hand.shown(index % self.hand.num_frames)  # a loop is measured to its first frame again
+        index = self.hand.shown(index % self.hand.num_frames)  # a closed path ends with its first frame again
         held = {other: self._view(other) for other in self.hand.needed(index)}
         view = replace(self._view(index), held=held)
         takes_light = self.moving is None or self.moving.takes_light

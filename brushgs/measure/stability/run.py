@@ -53,7 +53,7 @@ class StabilityReport(ExperimentReport):
     schema: ClassVar[int] = SCHEMA
 
     def print_figures(self, console: "Console") -> None:
-        """One column per configuration, and the advice."""
+        """Print one column per configuration, and the advice."""
         from brushgs.measure.stability.table import stability_table
 
         console.print(stability_table(self.result), markup=False)

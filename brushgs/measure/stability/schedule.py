@@ -7,7 +7,7 @@ import numpy as np
 
 from brushgs.options.experiments import StabilityConfig
 
-NUM_JUDGED = 12  # frames of which SSIM and UIQM are taken: both take longer than a frame to paint
+NUM_JUDGED = 12  # frames for SSIM and UIQM: each takes longer than painting a frame
 
 
 class FrameSchedule:
