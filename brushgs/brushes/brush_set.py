@@ -127,7 +127,7 @@ class BrushSet:
     def open(
         cls, stroke: str | Path | Sequence[str | Path], *, size: int = LONG_SIDE, colored: bool = False
     ) -> "BrushSet":
-        """The brush or the brushes that names, files or a folder give.
+        """Open one or several brushes by names, files or a folder.
 
         Args:
             stroke: as for `StrokeTexture.open`; several of these, as a list or separated by commas

@@ -1,6 +1,6 @@
-"""The brushes of a style: which there are, and the marks of its dictionary as colored brushes.
+"""The brushes of a style: their names, and the marks of its dictionary as colored brushes.
 
-They are numbered from 1: first those without colors, then the marks of the dictionary.
+Brushes are numbered from 1: first those without colors, then the marks of the dictionary.
 """
 
 from collections.abc import Sequence
@@ -13,10 +13,10 @@ from brushgs.brushes.texture import StrokeTexture, Tint, brush_of_style
 from brushgs.values.colors import rgb_of_oklab
 from brushgs.values.style import MarkDictionary, StyleMarks, residuals_of
 
-RAISED = 2.5  # height by lightness: a mark that is 0.2 lighter than its mean stands as high as paint does
-# Contrast of a mark, OKLab lightness: from the first on it is laid with more than it has, at the second with
-# the most. Width, of the shorter side: up to the first with all of that, from the second with none. Chroma
-# takes a third of the excess.
+RAISED = 2.5  # height per lightness: a mark 0.2 lighter than its mean is as high as full paint
+# Contrast of a mark, OKLab lightness: amplification starts at the first value and is full from the second.
+# Width of a mark, of the shorter side: up to the first value amplification is full, from the second there is
+# none. Chroma takes a third of the excess.
 DIFFERENT, WIDTHS = (0.015, 0.04), (0.005, 0.015)
 MOST_CONTRAST, OF_CHROMA = 2.0, 1 / 3
 
@@ -32,17 +32,17 @@ def marks_of(path: Path) -> StyleMarks | None:
 
 @lru_cache(maxsize=4)
 def _read(path: Path, time: int, size: int) -> StyleMarks | None:
-    """A file is read once for all its brushes, and again after it changed."""
+    """Read a file once for all its brushes, and again after it changed."""
     from brushgs.formats.styles import read_style
 
     return read_style(path).marks
 
 
 def laid_contrast(contrast: float, width: float) -> float:
-    """Factor on the differences within a mark of a contrast, OKLab, and a width, 1 to 2.
+    """Amplification of the differences within a mark, 1 to 2, by its contrast (OKLab) and width.
 
-    Narrow marks overlap and are filtered: that halves the contrast of busy ones, hardly that of calm ones.
-    Wide marks keep theirs.
+    Narrow marks overlap and are filtered: that halves the contrast of busy marks and hardly changes calm
+    ones. Wide marks are not amplified.
     """
     share, narrow = (
         np.clip((value - low) / (high - low), 0, 1)
@@ -52,7 +52,8 @@ def laid_contrast(contrast: float, width: float) -> float:
 
 
 def mark_texture(marks: MarkDictionary, row: int, name: str, width: float) -> StrokeTexture:
-    """A mark of a dictionary as a brush: its colors are added to that of a stroke, its lights are raised.
+    """A mark of a dictionary as a brush: its colors are added to the stroke's color, and its lights are
+    raised.
 
     Args:
         marks: the dictionary.
@@ -73,7 +74,7 @@ def mark_texture(marks: MarkDictionary, row: int, name: str, width: float) -> St
 
 
 def names_of_style(path: Path, marks: StyleMarks | None) -> tuple[str, ...]:
-    """Names of what paints in a style: the marks of its dictionary; without one its brushes."""
+    """Names of the brushes that paint in a style: the marks of its dictionary, or without one its brushes."""
     if marks is None:
         return ()
     num = len(marks.brushes)
@@ -84,7 +85,7 @@ def names_of_style(path: Path, marks: StyleMarks | None) -> tuple[str, ...]:
 
 
 def fitting(names: Sequence[str], room: int) -> tuple[str, ...]:
-    """As many brushes of styles as a set has room for: of each style the first."""
+    """As many brushes of styles as fit into a set: the first ones of each style."""
     unique = tuple(dict.fromkeys(names))
     if len(unique) <= room:
         return unique

@@ -1,4 +1,4 @@
-"""The soft brush, the 3DGS kernel as an image for plain Gaussians among strokes; dots, and an even line.
+"""Computed brush images: the 3DGS kernel for plain Gaussians among strokes, dots, and an even line.
 
 A kernel cannot be mixed with images, see `BrushSet`. The image is rounded to 8 bits and filtered by "mip":
 pictures of 960 x 600 have a PSNR of 57 dB (still life), 55 (koala) and 49 (truck) to those of the kernel.
@@ -27,7 +27,7 @@ def soft_brush() -> StrokeTexture:
 
 @lru_cache
 def dot_brush() -> StrokeTexture:
-    """A round dot of ink, which fills its box but for its soft rim."""
+    """A round dot of ink that fills its box, with a soft rim."""
     s = (2 * np.arange(DOT_SIZE) + 1) / DOT_SIZE - 1
     rim = (1 - np.hypot(s[:, None], s)) * DOT_SIZE / 2  # texels inside the circle that touches the box
     coverage = np.rint(255 * np.clip(rim / DOT_RIM, 0, 1)).astype(np.uint8)
@@ -36,7 +36,7 @@ def dot_brush() -> StrokeTexture:
 
 @lru_cache
 def pen_brush() -> StrokeTexture:
-    """An even line of ink with square ends and soft rims: pieces of it join without a seam.
+    """An even line of ink with square ends and soft rims; its pieces join without a seam.
 
     It is 0.77 as wide as its box.
     """

@@ -1,6 +1,6 @@
-"""Stroke images -> StrokeTexture: the coverage of one stroke, and its relief.
+"""`StrokeTexture`: the coverage of one stroke, and its relief, from a stroke image.
 
-u, the stroke's direction, runs along the columns (left to right), v along the rows (downwards). The built-in
+u, the stroke's direction, runs along the columns (left to right), v along the rows (downward). The built-in
 images are in `strokes/`; two analytic kernels, `gaussian` and `ellipse`, need no image. `levels` filters
 textures for small boxes, `rendering.rasterize` draws with them.
 """
@@ -42,15 +42,15 @@ _OF_STYLE = re.compile(
 )
 BLANK = 0.02  # coverage read from luminance below this is paper grain or JPEG noise
 GREY = 0.04  # difference of channels up to which an image has no color
-MOST_ON_BORDER = 0.1  # mean coverage along the border of an image, from which on a note is given
+MOST_ON_BORDER = 0.1  # mean coverage along the border of an image, above which a note is given
 
 
-TINT_ZERO = 128  # of 0 to 255: nothing is added
+TINT_ZERO = 128  # of 0 to 255: adds nothing
 
 
 @dataclass(frozen=True, eq=False)
 class Tint:
-    """The colors of a brush, display-encoded RGB: what is added to the color of a stroke, texel by texel.
+    """The colors of a brush, display-encoded RGB, added to the color of a stroke texel by texel.
 
     Attributes:
         mean: [3] color of the brush itself, 0 to 1, to which its texels are relative.
@@ -64,7 +64,7 @@ class Tint:
 
     @classmethod
     def of(cls, rgb: NDArray[Any], coverage: NDArray[np.uint8], mean: NDArray[Any] | None = None) -> "Tint":
-        """That of an image [h, w, 3], 0 to 1, relative to the mean of its paint or another color."""
+        """The tint of an image [h, w, 3], 0 to 1, relative to the mean of its paint or another color."""
         weights = coverage.astype(np.float64)[..., None]
         if mean is None:
             mean = (weights * rgb).sum(axis=(0, 1)) / max(float(weights.sum()), 1.0)
@@ -76,7 +76,7 @@ class Tint:
         return cls(np.asarray(mean, np.float64), texels, step)
 
     def scaled(self, amount: float) -> "Tint":
-        """With so much of its differences, 0 (none) to 1."""
+        """The tint with its differences scaled by `amount`, 0 (none) to 1."""
         return Tint(self.mean, self.texels, self.step * amount)
 
 
@@ -92,7 +92,7 @@ class StrokeTexture:
         height: float32 [h, w] relief of the paint, 0 to 1, 0.5 is the canvas; or None.
         num_sigmas: half length of a stroke's box in standard deviations, > 0.
         has_bristles: whether bristles leave streaks in it, see `brushgs.rendering.streaks`.
-        tint: colors of its own; None for a gray brush. Those of bristles are among them: it has no streaks.
+        tint: colors of its own, those of bristles included, so it has no streaks; None for a gray brush.
 
     Raises:
         TypeError: if an array has another dtype.

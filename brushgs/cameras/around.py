@@ -104,7 +104,7 @@ def ring_views(
 
 
 def turned(camera: Camera, target: ArrayLike, up: ArrayLike, right: float, higher: float = 0.0) -> Camera:
-    """The camera turned about a point: about `up` to the viewer's right, then upwards; radians."""
+    """The camera turned about a point: about `up` to the viewer's right, then upward; radians."""
     if right == 0 and higher == 0:
         return camera
     point = np.asarray(target, np.float64)

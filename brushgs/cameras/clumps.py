@@ -1,4 +1,4 @@
-"""Scenes of several clumps so far apart that each is a dot seen from the other: find the heaviest.
+"""Find the heaviest of several clumps that are so far apart that each is a dot seen from the other.
 
 No view shows both, and a frame around both shows neither.
 """

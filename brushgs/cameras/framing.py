@@ -351,14 +351,14 @@ def camera_axes(up: NDArray[np.float64], azimuth: float, elevation: float) -> ND
     up = up / length
     front = _front(up)
     right = np.cross(up, front)
-    level = np.cos(azimuth) * front + np.sin(azimuth) * right  # towards the camera, horizontally
+    level = np.cos(azimuth) * front + np.sin(azimuth) * right  # toward the camera, horizontally
     forward = -(np.cos(elevation) * level + np.sin(elevation) * up)
     right = np.cos(azimuth) * right - np.sin(azimuth) * front
     return np.stack([right, np.cross(forward, right), forward])
 
 
 def angles_toward(up: NDArray[np.float64], toward: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-    """Azimuth and elevation [...], radians, of cameras that stand towards unit vectors [..., 3]."""
+    """Azimuth and elevation [...], radians, of cameras that stand toward unit vectors [..., 3]."""
     right, down, forward = camera_axes(up, 0.0, 0.0)
     return np.arctan2(toward @ right, -(toward @ forward)), -np.arcsin(np.clip(toward @ down, -1, 1))
 

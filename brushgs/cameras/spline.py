@@ -18,7 +18,7 @@ _SECANT_STEPS = 4  # each gains two digits or more: speed is nearly constant bet
 
 
 class CameraSpline:
-    """A spline of rigid motions through key views, parametrised by arc length.
+    """A spline of rigid motions through key views, parametrized by arc length.
 
     Between two keys the view follows a cubic Bezier curve: de Casteljau's algorithm with screw motions in
     place of straight lines. Position, rotation and lens have continuous derivatives at the keys. Keys on an

@@ -3,7 +3,7 @@
 A blue jug, a nearly black bottle, a brass bowl of oranges and grapes, an apple, a pear and a lemon on a white
 cloth, and a knife whose edge consists of needles a hundred times as long as thick. Flat Gaussians lie on the
 surfaces; lamp, shadow and ambient light are baked into their colors; highlights move with the viewer by
-spherical harmonics of degree 3. Up is -y, lengths are in decimetres.
+spherical harmonics of degree 3. Up is -y, lengths are in decimeters.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 """The objects of the still life: places, shapes, colors and highlights.
 
-Lengths are in decimetres. The table top is y = 0 and y runs down, so a body stands at negative y.
+Lengths are in decimeters. The table top is y = 0 and y runs down, so a body stands at negative y.
 """
 
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Bodies of the example scene as unlit Gaussians; all random choices are made here."""
+"""Convert bodies of the example scene to unlit Gaussians; all random choices are made here."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields

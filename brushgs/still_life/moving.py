@@ -1,6 +1,6 @@
-"""The still life in motion: a pear is knocked over and rolls, a draught lifts the cloth, the lamp swings.
+"""The still life in motion: a pear is knocked over and rolls, a draft lifts the cloth, the lamp swings.
 
-The motion is a formula of time. The pear rolls on its own outline without slipping, straight towards the
+The motion is a formula of time. The pear rolls on its own outline without slipping, straight toward the
 viewer, until it lies still. The cloth bends behind a line like paper: no length in it changes. The lamp
 swings on its cord. Points far from the middle of its light, and resting bodies where the change would be
 invisible, keep the light of the lamp at rest, so most of the scene is constant bit for bit, as in a recording
@@ -32,18 +32,18 @@ from brushgs.values.moving import MovingScene
 from brushgs.values.quats import quat_products, quats_of, rotation_matrices
 
 SECONDS = 4.0  # duration the motion was composed for; another duration plays it slower or faster
-RATE = CLIP_FPS  # moments a second where rows do not correspond
+RATE = CLIP_FPS  # moments per second if rows do not correspond
 DROPPED = 0.03  # share of the rows missing from such a moment
 
 DOWN = np.array([0.0, 1.0, 0.0])
-ROLL_WAY = unit(np.array([0.12, 0.0, -0.99]))  # towards the viewer, between apple and lemon
+ROLL_WAY = unit(np.array([0.12, 0.0, -0.99]))  # toward the viewer, between apple and lemon
 ROLL_AXIS = np.cross(-DOWN, ROLL_WAY)  # by the right hand: the top goes that way
 ROLL = np.radians(114.0)  # until belly and neck both touch the cloth
 ROLL_START, ROLL_END = 0.4, 2.2  # seconds
 
 HINGE = np.array([-2.18, -1.84])  # (x, z) of a point of the line behind which the cloth is bent
 BENT_WAY = unit(np.array([-0.35, -0.94]))  # (x, z), across that line: to the front left
-BEND = 1.1  # radians at the edge, where the draught is strongest
+BEND = 1.1  # radians at the edge, where the draft is strongest
 BEND_LENGTH = 0.75  # from the line to the full bend, world units
 WAVE, WAVE_LENGTH, WAVE_SECONDS = 0.28, 0.9, 0.7  # radians; the ripple that runs out to the edge
 DRAUGHT_START, DRAUGHT_END = 0.6, 3.8  # seconds
@@ -52,10 +52,10 @@ SWING = np.radians(20.0)
 SWING_SECONDS = 1.9  # period of the swing: a cord of 0.9 m
 SWING_GROWS = 0.7  # seconds
 POOL = np.array([-1.0, 0.0, -0.9])  # middle of the light of the lamp on the table
-POOL_RADIUS, POOL_EDGE = 1.0, 1.3  # whole within, and how far beyond it ends, world units
+POOL_RADIUS, POOL_EDGE = 1.0, 1.3  # full strength within the first, falling to 0 over the second, world units
 
 SEEN = 1.5 / 255  # visible change of a color
-LOOKS = (0.09, 0.16, 0.27, 0.36, 0.48, 0.61, 0.85)  # shares of the duration at which changes are measured
+LOOKS = (0.09, 0.16, 0.27, 0.36, 0.48, 0.61, 0.85)  # shares of the duration for measuring changes
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ class _Stage:
         cast: the same rows, float64, without light.
         blockers: at the first moment.
         pear: rows.
-        cloth: rows that the draught bends.
+        cloth: rows that the draft bends.
         pear_blockers: rows of `blockers`.
         pivot: [3] the point of the pear whose motion is `path`.
         path: [P, 3] turn in radians; distance and lift of the pivot, world units.
@@ -96,12 +96,12 @@ def still_life_moving(
         num_gaussians: approximate count, >= 1000, see `still_life`.
         seed: of all random choices.
         seconds: duration, > 0.
-        has_rows: whether rows correspond. Otherwise it has 30 moments a second, of which `at` gives the
-            nearest: each in an order of its own, and each lacks another 3 % of the rows.
+        has_rows: whether rows correspond. Otherwise there are 30 moments per second, of which `at` gives the
+            nearest: each has its own order of rows, and lacks a different 3 % of them.
 
     Returns:
-        A scene that is the one of `still_life` at time 0. Where rows correspond it is a formula, and
-        `resting` says which rows are equal at all times, about three quarters of them.
+        A scene that equals `still_life` at time 0. If rows correspond it is a formula, and `resting` marks
+        the rows that are equal at all times, about three quarters of them.
 
     Raises:
         ValueError: if `num_gaussians` is less than 1000, or `seconds` is not positive and finite.
@@ -174,7 +174,7 @@ def _changing(stage: _Stage) -> Rows:
 
 
 def _placed(stage: _Stage, seconds: float) -> tuple[Cast, Blockers]:
-    """All rows and blockers at their places."""
+    """All rows and blockers at their positions."""
     surface = stage.cast.surface
     points, normals, means, quats = (
         column.copy() for column in (surface.points, surface.normals, stage.cast.means, stage.cast.quats)
@@ -208,8 +208,8 @@ def _placed(stage: _Stage, seconds: float) -> tuple[Cast, Blockers]:
 def _rolling(points: F64) -> F64:
     """The path of a convex body that rolls over the plane below it without slipping.
 
-    The plane is at the distance h(a) below the pivot, the support function of the body turned by a. Where it
-    touches, the body rests; so the pivot moves by h per radian along the plane, whatever the outline.
+    The plane is at the distance h(a) below the pivot, with h the support function of the body turned by a.
+    The point of contact is at rest, so the pivot moves by h per radian along the plane, for any outline.
 
     Args:
         points: [n, 3] of the body, relative to the pivot.
@@ -237,7 +237,7 @@ def _behind(points: F64) -> F64:
 
 
 def _bent(points: F64, seconds: float) -> tuple[F64, F64]:
-    """Points [n, 3] of the cloth bent by the draught, and the rotations [n, 4] there.
+    """Points [n, 3] of the cloth bent by the draft, and the rotations [n, 4] there.
 
     The cloth turns by an angle a(s) at the distance s behind the line; its middle surface runs along the
     integral of (cos a, sin a), so that no length along it changes, and points above it turn with it.

@@ -38,7 +38,7 @@ COSTS = (
     0.5,
     0.75,
     1.0,
-)  # of the rising terms of the seconds: a stroke costs as much, or less with each
+)  # of the rising terms of the seconds: a stroke costs the same, or less as their number grows
 STEPS = 512  # counts for evaluating a fit, evenly spaced in the logarithm, 1.5 % apart on the longest curves
 RIDGE = 0.05  # ridge regression of relative terms: with noise, weights do not jump from one term to another
 LEAST_WORTH = 0.2  # of e - t: below, merging does not pay

@@ -37,7 +37,7 @@ class Atlas:
         pixels: [h, w, 4] color and coverage of all brushes, white and 0 between them; sides are powers
             of two.
         places: [B, 4] texture coordinates of the centers of the first (u, v) and the last texel of each
-            brush; v runs downwards. These are the corners of its box, as in the renderer.
+            brush; v runs downward. These are the corners of its box, as in the renderer.
     """
 
     pixels: U8

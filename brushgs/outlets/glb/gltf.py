@@ -137,7 +137,7 @@ def _add_material(model: GlbWriter, atlas: Atlas, bumps: Bumps | None) -> int:
     base = {
         "baseColorTexture": {"index": texture("brushes", atlas.png())},
         "metallicFactor": 0.0,
-        "roughnessFactor": 1.0 if bumps is None else bumps.roughness,  # for readers without UNLIT: matt paint
+        "roughnessFactor": 1.0 if bumps is None else bumps.roughness,  # readers without UNLIT: matte paint
     }
     lit: dict[str, Any] = {"extensions": {UNLIT: {}}}
     if bumps is not None:

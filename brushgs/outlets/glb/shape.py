@@ -26,11 +26,11 @@ from brushgs.values.sh import base_colors
 
 # Along u and v of the box: left top, right top, right bottom, left bottom of the brush.
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-# Distance of underpaint behind a lying stroke, in stroke sizes: in the renderer it is one size deeper in each
-# view, which is impossible in space. Seen from the first view, and 40 and 150 degrees beside it, koala
-# differs from its painting by 0.026, 0.027, 0.030 without underpaint (larger strokes), 0.028, 0.026, 0.025
-# with 1 and 0.022, 0.020, 0.021 with 0.5; the still life by 0.029, 0.051, 0.007, by 0.030, 0.053, 0.014 and
-# by 0.027, 0.049, 0.011.
+# Distance of underpaint behind a lying stroke, in stroke sizes. In the renderer it is one size deeper in each
+# view, which is impossible in space. Differences of koala from its painting, seen from the first view and 40
+# and 150 degrees beside it: 0.026, 0.027, 0.030 without underpaint (larger strokes), 0.028, 0.026, 0.025 with
+# 1 and 0.022, 0.020, 0.021 with 0.5. Of the still life: 0.029, 0.051, 0.007, 0.030, 0.053, 0.014 and 0.027,
+# 0.049, 0.011.
 SETBACK = 0.5
 # Number of averagings of normals over some 20 neighbors. With none or one, fur is black or white under a
 # lamp.
@@ -64,7 +64,7 @@ class Quads:
 
     @staticmethod
     def joined(parts: "Sequence[Quads]") -> "Quads":
-        """Concatenate one or more."""
+        """Concatenate one or more sets of rectangles."""
         columns = ([getattr(part, field.name) for part in parts] for field in fields(Quads))
         return Quads(*(np.concatenate(column) for column in columns))
 

@@ -50,7 +50,7 @@ class Edges:
 
 
 def hardness(outlines: Sequence[Outline], has_focus: bool, lose: float, find: float) -> tuple[F64, F64]:
-    """How far each point is to be lost and found, over all outlines in turn, both 0 to 1.
+    """How strongly each point is to be lost and found, over all outlines, concatenated; both 0 to 1.
 
     Args:
         outlines: their points hold light, focus, and whether they belong to the subject.

@@ -31,7 +31,7 @@ class Marks:
 
     Attributes:
         camera: takes the picture.
-        pairs: [h, w, 2] twice the angles of marks from +x towards +y, see `planes`; weight 0 to 1.
+        pairs: [h, w, 2] twice the angles of marks from +x toward +y, see `planes`; weight 0 to 1.
         aspect: maximum length over width of strokes along the marks; None for the usual one.
     """
 

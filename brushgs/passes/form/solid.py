@@ -4,7 +4,7 @@ Trained scenes consist of half transparent Gaussians, several deep, and so do st
 covers. A stroke becomes more opaque and smaller at constant opacity x area, so that pictures keep their
 brightness and mean transparency.
 
-Fit colors (`repaint`) afterwards. Measured that way, with three brushes, 2000 and 6000 strokes: mean of six
+Fit colors (`repaint`) afterward. Measured that way, with three brushes, 2000 and 6000 strokes: mean of six
 scenes +0.1 dB (koala, whose fur blends, -0.3), on underpaint +0.2 (campsite -0.1, biker +0.8). Without
 `repaint` it costs 0.3. Keeping more of the area loses 0.1 dB; opacity^0.5 everywhere breaks haze into specks
 (chair -0.7).

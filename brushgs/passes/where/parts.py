@@ -21,7 +21,7 @@ LARGEST = 10.0  # medians of the sizes; larger ones are haze or sky, and would l
 
 
 def connected_parts(gaussians: Gaussians) -> NDArray[np.intp]:
-    """[N] the number of the connected part of each, by descending painted area from 0.
+    """[N] number of each Gaussian's connected part, from 0 by descending painted area.
 
     Args:
         gaussians: N Gaussians.
