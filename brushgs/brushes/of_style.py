@@ -52,8 +52,7 @@ def laid_contrast(contrast: float, width: float) -> float:
 
 
 def mark_texture(marks: MarkDictionary, row: int, name: str, width: float) -> StrokeTexture:
-    """A mark of a dictionary as a brush: its colors are added to the stroke's color, and its lights are
-    raised.
+    """A mark of a dictionary as a brush: its colors are added to the stroke's, its lights are raised.
 
     Args:
         marks: the dictionary.

@@ -58,8 +58,7 @@ class Style(Protocol):
     features: Features
 
     def loss(self, tiles: Callable[[], Tiles]) -> tuple[float, TileLoss]:
-        """The loss of a picture, as a constant plus a term for each tile; the sum has the gradient of the
-        loss.
+        """The loss of a picture: a constant plus a term per tile, the sum of which has its gradient.
 
         Args:
             tiles: iterates over all tiles of the picture, without gradients, if the loss needs a first pass.

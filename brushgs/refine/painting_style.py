@@ -1,5 +1,4 @@
-"""Open the argument of `refine --style` as a style with its painting: paintings are learned, styles are
-painted.
+"""Open `refine --style` as a style with its painting: paintings are learned, styles are painted.
 
 Strokes are matched to features of a picture. A style file has no picture, so one is painted with its marks,
 directions, colors and brushes.

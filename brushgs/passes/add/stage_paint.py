@@ -37,7 +37,8 @@ REFLECTED = 0.5  # share of the color of near objects in their reflection
 UPPER, FAR_TABLE, FRONT = 0.10, 0.04, 0.03  # darkening of the wall upward, of the table to back and front
 LEVEL_UP_TO = 0.7  # share of the table's radius beyond which strokes turn along its edge
 BLEND = (0.02, 0.6)  # slopes of the cove over which table blends into wall, radians
-# In the manner of a painting: strokes over each point, maximum number of visible ones, and reach of one.
+# In the manner of a painting: strokes over each point, maximum number of visible ones, and reach of one in
+# standard deviations.
 MARKED_OVERLAP, MOST_SEEN, SEEN_REACH = 6.0, 20_000, 3.0
 PROBES = 2000  # sample positions for estimating the visible share of a stage
 

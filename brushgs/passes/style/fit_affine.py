@@ -97,8 +97,7 @@ def _fit_all(before: F64, after: F64, weights: F64) -> AffineFit:
 
 
 def _is_partial(before: F64, after: F64, weights: F64, affine: F64) -> bool:
-    """Whether an edit leaves colors unchanged that the map would change, so that it is an edit of some
-    colors.
+    """Whether an edit is one of some colors only: it leaves colors that the map would change.
 
     Its effect on those is no map for all colors, however many of them the scene has.
     """

@@ -137,8 +137,7 @@ class ChromaLimit:
 
 @dataclass(frozen=True, eq=False)
 class FlatColors:
-    """The tones of a print: each moves most of the way to the tone of the nearest of a few colors, a
-    `ColorMap`.
+    """The tones of a print: each moves most of the way to the nearest of a few, a `ColorMap`.
 
     It is smooth, so tones between two of them do not jump. Hue and chroma stay: a print has more of both than
     a few colors show.
