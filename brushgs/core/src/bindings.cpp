@@ -25,6 +25,7 @@
 #include "brushgs/key_order.hpp"
 #include "brushgs/light.hpp"
 #include "brushgs/light_along.hpp"
+#include "brushgs/lloyd.hpp"
 #include "brushgs/moments.hpp"
 #include "brushgs/nearest.hpp"
 #include "brushgs/oklab.hpp"
@@ -1034,6 +1035,43 @@ nb::tuple trace_lines(In<float, 3> directions, In<float, 2> spacing, In<double, 
                           to_array(std::move(lines.levels)));
 }
 
+brushgs::WeightedPoints weighted_points(const In<float, 2>& points, const In<double, 1>& weights) {
+    return {.points = points.data(),
+            .weights = weights.data(),
+            .num_points = points.shape(0),
+            .num_dimensions = points.shape(1)};
+}
+
+nb::object start_centers(In<float, 2> points, In<double, 1> weights, std::size_t num_clusters, In<double, 1> draws,
+                         int num_threads) {
+    brushgs::Buffer<double> centers;
+    std::size_t count = 0;
+    {
+        const nb::gil_scoped_release without_gil;
+        const auto found =
+            brushgs::start_centers(weighted_points(points, weights), num_clusters, draws.data(), num_threads);
+        centers = brushgs::make_buffer<double>(found.size());
+        std::copy(found.begin(), found.end(), centers.get());
+        count = found.size() / points.shape(1);
+    }
+    return table(centers, count, points.shape(1));
+}
+
+nb::tuple find_clusters(In<float, 2> points, In<double, 1> weights, std::size_t num_clusters, In<double, 1> draws,
+                        int num_steps, double gain, int num_threads) {
+    brushgs::Clusters found;
+    {
+        const nb::gil_scoped_release without_gil;
+        found = brushgs::find_clusters(weighted_points(points, weights), {.num_clusters = num_clusters,
+                                                                          .draws = draws.data(),
+                                                                          .num_steps = num_steps,
+                                                                          .gain = gain,
+                                                                          .num_threads = num_threads});
+    }
+    return nb::make_tuple(row(std::move(found.labels), points.shape(0)), found.num_clusters, found.num_steps,
+                          found.inertia);
+}
+
 // Rows by label, and in order
 
 nb::tuple group_rows(In<std::int32_t, 1> labels, std::size_t num_groups) {
@@ -1216,6 +1254,18 @@ nb::object morton_order(In<T, 2> points, In<double, 1> low, double step, int num
     return row(order, count);
 }
 
+template <class T>
+nb::object curve_order(In<T, 2> points, int num_threads) {
+    const std::size_t count = points.shape(0);
+    auto order = brushgs::make_buffer<std::int64_t>(count);
+    {
+        const nb::gil_scoped_release without_gil;
+        const auto rows = brushgs::rows_along_curve(points.data(), count, points.shape(1), num_threads);
+        std::copy_n(rows.get(), count, order.get());
+    }
+    return row(order, count);
+}
+
 void light_along(In<double, 1> places, In<double, 1> depths, double reach, Out<double, 1> from_above,
                  Out<double, 1> from_below) {
     const nb::gil_scoped_release without_gil;
@@ -1242,6 +1292,9 @@ void def_groups(nb::module_& m) {
         "half of a group's first row. `spans` [N, 3, 3] or None, see halves.hpp.");
     m.def("morton_order", &morton_order<T>, "points"_a.noconvert(), "low"_a.noconvert(), "step"_a, "num_threads"_a,
           "The rows [N] int64 of points [N, 3] along the Morton curve of (point - low) * step, ties by row.");
+    m.def("morton_order", &curve_order<T>, "points"_a.noconvert(), "num_threads"_a,
+          "The same along the curve with 2^21 steps over the largest extent of the points [N, D], of which the first "
+          "three numbers count.");
 }
 
 template <class T>
@@ -1417,6 +1470,15 @@ NB_MODULE(_core, m) {
     m.def("nearest", &nearest, "points"_a.noconvert(), "centers"_a.noconvert(), "num_threads"_a,
           "For points [N, D], D at most MOST_DIMENSIONS, the distance [N] to the nearest of the centers [k, D], and "
           "its row [N] int32, the first of equally near ones.");
+    m.def("most_draws", &brushgs::most_draws, "num_clusters"_a, "How many random numbers a start of k-means may use.");
+    m.def("start_centers", &start_centers, "points"_a.noconvert(), "weights"_a.noconvert(), "num_clusters"_a,
+          "draws"_a.noconvert(), "num_threads"_a,
+          "First centers [k, D] of k-means over points [N, D] along a curve, with weights [N] and draws [most_draws] "
+          "from 0 to 1, see lloyd.hpp.");
+    m.def("find_clusters", &find_clusters, nb::kw_only(), "points"_a.noconvert(), "weights"_a.noconvert(),
+          "num_clusters"_a, "draws"_a.noconvert(), "num_steps"_a, "gain"_a, "num_threads"_a,
+          "Cluster points [N, D] in any order: labels [N] int32, their number, that of the steps, and the inertia, see "
+          "lloyd.hpp.");
     m.def("nearest_again", &nearest_again, "points"_a.noconvert(), "centers"_a.noconvert(), "rows"_a.noconvert(),
           "begins"_a.noconvert(), "num_threads"_a,
           "What `nearest` gives, sooner for points that `group_rows` groups by what was nearest before.");

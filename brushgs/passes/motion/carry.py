@@ -358,7 +358,7 @@ class Carrier(Members):
         if self.target is not None:
             count = self.target if is_all_new else min(count, self.target)
         if count != len(used):
-            centers = start(points, weights, min(count, len(rows)), 0)[0]
+            centers = start(points, weights, min(count, len(rows)))
         usual = strokes.masses[strokes.alive]
         least = LEAST_BIRTH * (float(np.median(usual)) if len(usual) else 0.0)
         for is_last in (False, True):

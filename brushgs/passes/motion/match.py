@@ -172,7 +172,7 @@ def _first_flow(
         columns.append(MOTION_APART * last.steps / before.frame[1])
     points = np.concatenate(columns, axis=1)
     count = max(1, min(NUM_NODES, len(before) // ROWS_A_NODE))
-    nodes = start(points[sample].astype(np.float32), np.ones(len(sample)), count, 0)[0]
+    nodes = start(points[sample].astype(np.float32), np.ones(len(sample)), count)
     num = len(nodes)
     distances, around = nearest(nodes, points, min(NUM_BLENDED, num))
     width = 1.5 * max(float(np.median(distances[:, 0])), 1e-9)

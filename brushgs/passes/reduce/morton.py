@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
 
-BITS = 21  # per axis: three fill 63 bits
 # Shifts and masks that move the 21 bits of a number to every third position.
 _INTERLEAVE = (
     (32, 0x1F00000000FFFF),
@@ -22,13 +21,9 @@ _INTERLEAVE = (
 def morton_order(points: NDArray[np.floating[Any]]) -> NDArray[np.intp]:
     """Rows of points [N, 3] sorted by Morton code, ties by row.
 
-    All axes are quantised to the same 2^21 steps over the largest extent.
+    All axes are quantised to the same 2^21 steps over the largest extent: three of 21 bits fill 63.
     """
-    low = points.min(axis=0).astype(np.float64)
-    extent = float((points.max(axis=0) - low).max())
-    step = (2**BITS - 1) / extent if extent > 0 else 0.0
-    contiguous = np.ascontiguousarray(points)
-    return np.asarray(_core.morton_order(contiguous, low, step, num_threads_or_default(None)))
+    return np.asarray(_core.morton_order(np.ascontiguousarray(points), num_threads_or_default(None)))
 
 
 def interleave(values: NDArray[np.uint64]) -> NDArray[np.uint64]:

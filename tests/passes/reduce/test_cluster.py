@@ -5,10 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from brushgs.passes.reduce import lloyd as lloyd_module
 from brushgs.passes.reduce.cluster import choose_method, cluster, group
 from brushgs.passes.reduce.features import COLOR_WEIGHT, cluster_features
-from brushgs.passes.reduce.lloyd import assign, lloyd
 from brushgs.passes.reduce.morton import morton_order
 from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians, replaced
@@ -85,13 +83,6 @@ def test_features_are_contracted_and_as_published_raw():
     np.testing.assert_allclose(points[inside], line[inside, 0] / radius, atol=2e-3)
     assert -2 < points[0] < points[-1] < 2
     assert (np.diff(points) > 0).all()
-
-
-def test_lloyd_gives_empty_clusters_new_points(monkeypatch):
-    points = np.random.default_rng(0).normal(size=(500, 9)).astype(np.float32)
-    twins = np.repeat(points[:1].astype(np.float64), 10, axis=0)
-    monkeypatch.setattr(lloyd_module, "start", lambda points, *_: (twins.copy(), *assign(points, twins)))
-    assert lloyd(points, np.ones(500), 10).num_clusters == 10
 
 
 def morton_code(cell):

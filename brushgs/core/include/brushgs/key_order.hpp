@@ -20,4 +20,9 @@ template <class T>
 void morton_keys(const T* points, std::size_t count, const double* low, double step, int num_threads,
                  std::uint64_t* keys);
 
+// The rows of points [count, num_dimensions] along the Morton curve of their first three numbers, ties by row. All axes
+// have the same 2^21 steps over the largest extent.
+template <class T>
+Buffer<std::uint32_t> rows_along_curve(const T* points, std::size_t count, std::size_t num_dimensions, int num_threads);
+
 }  // namespace brushgs
