@@ -22,11 +22,9 @@ from brushgs.options.painting import (
     ViewConfig,
 )
 from brushgs.options.sequence import PathConfig
-from brushgs.passes.reduce import contribution, lloyd
-from brushgs.passes.reduce.cluster import cluster_weights, group
-from brushgs.passes.reduce.features import cluster_features
+from brushgs.passes.reduce import contribution
+from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.merge import merge_clusters
-from brushgs.passes.reduce.morton import morton_order
 from brushgs.passes.reduce.prune import highest
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.sequence_frames import SequenceFrames
@@ -78,14 +76,10 @@ def test_passes_skip_what_changes_nothing(scene):
     strokes = bg.cluster(pruned, 400)
     # No Gaussian has company.
     assert_same(bg.cluster(strokes, len(strokes)), merge_clusters(strokes, np.arange(len(strokes))))
-    # What is visible is known from clustering, and the start has assigned already.
+    # What is visible is known from clustering.
     labels = group(pruned, 400).labels
     known = merge_clusters(pruned, labels, visible=contribution.visible_shares(pruned))
     assert_same(known, merge_clusters(pruned, labels))
-    order = morton_order(pruned.means)
-    points, weights = cluster_features(pruned)[order], cluster_weights(pruned)[order]
-    start = lloyd.start(points, weights, 400, 0)
-    assert_same(tuple(start), (start[0], *lloyd.assign(points, start[0])))
 
 
 def test_projecting_leaves_out_what_no_pixel_shows(scene, camera):
