@@ -14,9 +14,11 @@ from collections.abc import Iterable
 import numpy as np
 
 from brushgs.cameras.framing import DEFAULT_FOV_Y
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.passes.extent import robust_frame
 from brushgs.rendering.project import LOW_PASS
-from brushgs.values.arrays import Array
+from brushgs.values.arrays import F64, Array
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
@@ -56,21 +58,11 @@ def _low_pass(height: float) -> float:
     return float(np.sqrt(LOW_PASS)) * height / ROWS
 
 
-def seen_scales(scales: Array, finest: float) -> Array:
-    """Visible standard deviations of Gaussians, [N, 3], world units, along their axes.
+def seen_scales(scales: Array, finest: float) -> F64:
+    """Visible standard deviations of Gaussians, [N, 3] float64, world units, along their axes.
 
-    Gaussians with a middle axis below `finest` get at least that thickness, needles in both directions; the
-    column itself if there are none. The result is continuous as a disc narrows to a needle.
+    Gaussians with a middle axis below `finest` get at least that thickness, needles in both directions. The
+    result is continuous as a disc narrows to a needle.
     """
-    one, two, three = scales.T
-    middle = np.maximum(np.minimum(one, two), np.minimum(np.maximum(one, two), three))
-    rows = np.flatnonzero(middle < finest)
-    if len(rows) == 0:
-        return scales
-    seen = scales.astype(np.float64)
-    order = np.argsort(seen[rows], axis=1)
-    thin, middle, long = np.take_along_axis(seen[rows], order, axis=1).T
-    thicker = np.maximum(thin, finest - middle), np.maximum(middle, finest), np.maximum(long, finest)
-    for axis, values in zip(order.T, thicker, strict=True):
-        seen[rows, axis] = values
-    return seen
+    seen = _core.seen_scales(np.ascontiguousarray(scales), finest, num_threads_or_default(None))
+    return np.asarray(seen)

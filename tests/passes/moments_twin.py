@@ -24,6 +24,12 @@ def within_and_between(scene, own, means, shares, labels):
     return within, between
 
 
+def shares_by_label(weights, labels, num):
+    """Weights over their sum by label; equal weights if that sum is zero."""
+    weights = np.where((np.bincount(labels, weights, num) == 0)[labels], 1.0, weights)
+    return weights / np.bincount(labels, weights, num)[labels]
+
+
 def stopped(opacities, own_areas, footprints, labels):
     passed = np.ones(len(footprints))
     for opacity, area, label in zip(opacities, own_areas, labels, strict=True):

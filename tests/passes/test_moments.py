@@ -8,7 +8,7 @@ from brushgs.core.threads import at_most, num_threads_or_default
 from brushgs.passes.form.coverage import nearest_others
 from brushgs.passes.groups import Groups
 from brushgs.passes.reduce.contribution import projected_areas
-from brushgs.passes.reduce.merge import covariances, principal_axes, shares_by_label, stopped
+from brushgs.passes.reduce.merge import covariances, principal_axes, stopped
 from brushgs.values.quats import rotation_matrices
 from tests.kit.for_each import for_each
 from tests.passes import moments_twin as twin
@@ -49,7 +49,7 @@ def test_areas_are_those_of_the_formula(name, dtype):
 def test_covariances_within_and_between_are_those_of_the_twin(name, dtype):
     scene = STRANGE[name].astype(dtype)
     labels, groups = groups_of(scene)
-    shares = shares_by_label(scene.opacities * projected_areas(scene.scales), labels, NUM_GROUPS)
+    shares = twin.shares_by_label(scene.opacities * projected_areas(scene.scales), labels, NUM_GROUPS)
     means = groups.sums(scene.means, shares)
     found = with_threads(lambda: covariances(scene, means, shares, groups))
     own = covariances_of(scene.astype(np.float64))

@@ -16,16 +16,20 @@
 #include "brushgs/components.hpp"
 #include "brushgs/coverage.hpp"
 #include "brushgs/cpu.hpp"
+#include "brushgs/extent.hpp"
+#include "brushgs/features.hpp"
 #include "brushgs/finish.hpp"
 #include "brushgs/fragment_layers.hpp"
 #include "brushgs/fragments.hpp"
 #include "brushgs/frame_pool.hpp"
+#include "brushgs/gaps.hpp"
 #include "brushgs/groups.hpp"
 #include "brushgs/halves.hpp"
 #include "brushgs/key_order.hpp"
 #include "brushgs/light.hpp"
 #include "brushgs/light_along.hpp"
 #include "brushgs/lloyd.hpp"
+#include "brushgs/merge.hpp"
 #include "brushgs/moments.hpp"
 #include "brushgs/nearest.hpp"
 #include "brushgs/oklab.hpp"
@@ -40,6 +44,7 @@
 #include "brushgs/stroke_levels.hpp"
 #include "brushgs/trace.hpp"
 #include "brushgs/track.hpp"
+#include "brushgs/visible_shares.hpp"
 #include "brushgs/wet.hpp"
 
 namespace nb = nanobind;
@@ -1139,14 +1144,25 @@ nb::object halves(In<T, 2> points, In<double, 1> weights, std::optional<In<T, 3>
 }
 
 template <class T>
-nb::object projected_areas(In<T, 2> scales, int num_threads) {
+nb::object projected_areas(In<T, 2> scales, double finest, int num_threads) {
     const std::size_t count = scales.shape(0);
     auto areas = brushgs::make_buffer<double>(count);
     {
         const nb::gil_scoped_release without_gil;
-        brushgs::projected_areas(scales.data(), count, num_threads, areas.get());
+        brushgs::projected_areas(scales.data(), count, finest, num_threads, areas.get());
     }
     return row(areas, count);
+}
+
+template <class T>
+nb::object seen_scales(In<T, 2> scales, double finest, int num_threads) {
+    const std::size_t count = scales.shape(0);
+    auto seen = brushgs::make_buffer<double>(3 * count);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::seen_scales(scales.data(), count, finest, num_threads, seen.get());
+    }
+    return table(seen, count, 3);
 }
 
 template <class T>
@@ -1227,6 +1243,23 @@ nb::tuple cover(In<double, 2> means, In<double, 2> scales, In<double, 3> axes, I
     return nb::make_tuple(row(passed, count), row(touching, count), row(parallel, count));
 }
 
+nb::object growth(In<double, 2> means, In<double, 2> scales, In<double, 3> axes, In<double, 1> opacities,
+                  int num_threads) {
+    const std::size_t count = means.shape(0);
+    auto growth = brushgs::make_buffer<double>(count);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::find_growth({.means = means.data(),
+                              .scales = scales.data(),
+                              .axes = axes.data(),
+                              .opacities = opacities.data(),
+                              .num_strokes = count,
+                              .num_threads = num_threads,
+                              .growth = growth.get()});
+    }
+    return row(growth, count);
+}
+
 nb::object order(In<double, 1> values, int num_threads) {
     const std::size_t count = values.shape(0);
     auto order = brushgs::make_buffer<std::int64_t>(count);
@@ -1277,6 +1310,141 @@ void light_along(In<double, 1> places, In<double, 1> depths, double reach, Out<d
                           .from_below = from_below.data()});
 }
 
+// Scenes, and what of them becomes a stroke
+
+brushgs::Extent extent_of(const In<double, 1>& center, double radius) {
+    return {.center = {center(0), center(1), center(2)}, .radius = radius};
+}
+
+template <class T>
+nb::tuple robust_extent(In<T, 2> points, int num_threads) {
+    brushgs::Extent found{};
+    {
+        const nb::gil_scoped_release without_gil;
+        found = brushgs::robust_extent(points.data(), points.shape(0), num_threads);
+    }
+    return nb::make_tuple(to_array(std::vector<double>(found.center, found.center + 3)), found.radius);
+}
+
+template <class T>
+nb::object visible_shares(In<T, 2> means, In<T, 1> opacities, In<double, 1> areas, int num_threads) {
+    const std::size_t count = means.shape(0);
+    auto shares = brushgs::make_buffer<double>(count);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::visible_shares(
+            brushgs::VisibleShares<T>{.means = means.data(),
+                                      .opacities = opacities.data(),
+                                      .areas = areas.data(),
+                                      .count = count,
+                                      .extent = brushgs::robust_extent(means.data(), count, num_threads),
+                                      .num_threads = num_threads,
+                                      .shares = shares.get()});
+    }
+    return row(shares, count);
+}
+
+template <class T>
+nb::tuple contracted(In<T, 2> means, In<double, 1> center, double radius, int num_threads) {
+    const std::size_t count = means.shape(0);
+    auto places = brushgs::make_buffer<double>(3 * count), factors = brushgs::make_buffer<double>(count);
+    const auto extent = extent_of(center, radius);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::contract_all(means.data(), count, extent, num_threads, places.get(), factors.get());
+    }
+    return nb::make_tuple(table(places, count, 3), table(factors, count, 1));
+}
+
+template <class T>
+nb::object cluster_features(In<T, 2> means, In<T, 2> scales, In<T, 3> sh, In<double, 1> center, double radius,
+                            double color_weight, int num_threads) {
+    const std::size_t count = means.shape(0);
+    auto points = brushgs::make_buffer<float>(brushgs::kFeatures * count);
+    const brushgs::FeatureQuery<T> query{.means = means.data(),
+                                         .scales = scales.data(),
+                                         .sh = sh.data(),
+                                         .count = count,
+                                         .sh_terms = sh.shape(1),
+                                         .extent = extent_of(center, radius),
+                                         .color_weight = color_weight,
+                                         .num_threads = num_threads};
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::cluster_features(query, points.get());
+    }
+    return table(points, count, brushgs::kFeatures);
+}
+
+template <class T>
+void feature_spans(In<T, 2> quats, In<float, 2> points, Out<float, 3> spans, int num_threads) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::feature_spans(quats.data(), points.data(), quats.shape(0), points.shape(1), num_threads, spans.data());
+}
+
+template <class T>
+nb::object color_detail(In<T, 3> sh, In<double, 2> places, int num_threads) {
+    const std::size_t count = places.shape(0);
+    auto detail = brushgs::make_buffer<double>(count);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::color_detail(sh.data(), sh.shape(1), places.data(), count, num_threads, detail.get());
+    }
+    return row(detail, count);
+}
+
+nb::object cluster_weights(In<double, 1> contributions, In<double, 1> detail) {
+    const std::size_t count = contributions.shape(0);
+    auto weights = brushgs::make_buffer<double>(count);
+    brushgs::cluster_weights(contributions.data(), detail.data(), count, weights.get());
+    return row(weights, count);
+}
+
+template <class T>
+void cover_members(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
+                   In<double, 1> areas, In<double, 1> visible, In<std::int32_t, 1> labels, double overlap,
+                   bool closes_gaps, double finest, int num_threads,
+                   std::tuple<Out<T, 2>, Out<T, 2>, Out<T, 2>, Out<T, 1>, Out<T, 3>> merged) {
+    const brushgs::Cover<T> query{.members = {means.data(), quats.data(), scales.data(), opacities.data(), sh.data()},
+                                  .num_members = means.shape(0),
+                                  .sh_terms = sh.shape(1),
+                                  .areas = areas.data(),
+                                  .visible = visible.data(),
+                                  .labels = labels.data(),
+                                  .num_groups = std::get<0>(merged).shape(0),
+                                  .overlap = overlap,
+                                  .closes_gaps = closes_gaps,
+                                  .finest = finest,
+                                  .num_threads = num_threads};
+    const auto columns =
+        std::apply([](const auto&... column) { return brushgs::MergeColumns<T>{column.data()...}; }, merged);
+    const nb::gil_scoped_release without_gil;
+    brushgs::cover_members(query, columns);
+}
+
+template <class T>
+void def_scenes(nb::module_& m) {
+    m.def("robust_extent", &robust_extent<T>, "points"_a.noconvert(), "num_threads"_a,
+          "The center [3] and radius of points [N, 3], see extent.hpp.");
+    m.def("visible_shares", &visible_shares<T>, "means"_a.noconvert(), "opacities"_a.noconvert(), "areas"_a.noconvert(),
+          "num_threads"_a,
+          "The share of directions from which others do not hide each Gaussian [N], see visible_shares.hpp.");
+    m.def("contracted", &contracted<T>, "means"_a.noconvert(), "center"_a.noconvert(), "radius"_a, "num_threads"_a,
+          "Positions [N, 3] in a scene, contracted, and the factors [N, 1] on lengths there, see extent.hpp.");
+    m.def("cluster_features", &cluster_features<T>, nb::kw_only(), "means"_a.noconvert(), "scales"_a.noconvert(),
+          "sh"_a.noconvert(), "center"_a.noconvert(), "radius"_a, "color_weight"_a, "num_threads"_a,
+          "The points [N, 9] that k-means clusters, see features.hpp.");
+    m.def("feature_spans", &feature_spans<T>, "quats"_a.noconvert(), "points"_a.noconvert(), "spans"_a.noconvert(),
+          "num_threads"_a, "Write the half axes [N, 3, 3] of Gaussians among these points, see features.hpp.");
+    m.def("color_detail", &color_detail<T>, "sh"_a.noconvert(), "places"_a.noconvert(), "num_threads"_a,
+          "The standard deviation [N] of base colors among neighbors, see features.hpp.");
+    m.def("cover_members", &cover_members<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(), "areas"_a.noconvert(),
+          "visible"_a.noconvert(), "labels"_a.noconvert(), "overlap"_a, "closes_gaps"_a, "finest"_a, "num_threads"_a,
+          "merged"_a.noconvert(),
+          "Write the Gaussian of each label: means, quats, scales, opacities and sh, see merge.hpp.");
+}
+
 template <class T>
 void def_groups(nb::module_& m) {
     m.def("sum_groups", &sum_groups<T>, "values"_a.noconvert(), "weights"_a.noconvert(), "rows"_a.noconvert(),
@@ -1299,8 +1467,10 @@ void def_groups(nb::module_& m) {
 
 template <class T>
 void def_moments(nb::module_& m) {
-    m.def("projected_areas", &projected_areas<T>, "scales"_a.noconvert(), "num_threads"_a,
-          "The mean projected area over pi [N] of ellipsoids of half axes [N, 3].");
+    m.def("projected_areas", &projected_areas<T>, "scales"_a.noconvert(), "finest"_a, "num_threads"_a,
+          "The mean projected area over pi [N] of ellipsoids of half axes [N, 3], as visible in pictures.");
+    m.def("seen_scales", &seen_scales<T>, "scales"_a.noconvert(), "finest"_a, "num_threads"_a,
+          "Half axes [N, 3] as visible in pictures, see moments.hpp.");
     m.def("sum_covariances", &sum_covariances<T>, "means"_a.noconvert(), "quats"_a.noconvert(), "scales"_a.noconvert(),
           "shares"_a.noconvert(), "rows"_a.noconvert(), "begins"_a.noconvert(), "centers"_a.noconvert(),
           "num_threads"_a,
@@ -1495,6 +1665,10 @@ NB_MODULE(_core, m) {
     def_groups<double>(m);
     def_moments<float>(m);
     def_moments<double>(m);
+    def_scenes<float>(m);
+    def_scenes<double>(m);
+    m.def("cluster_weights", &cluster_weights, "contributions"_a.noconvert(), "detail"_a.noconvert(),
+          "Weights [N] in k-means by contributions [N] and detail [N] of color, see features.hpp.");
     m.def("principal_axes", &principal_axes, "covariances"_a.noconvert(), "num_threads"_a,
           "Standard deviations [N, 3], ascending, and axes [N, 3, 3], as columns, of covariances; see moments.hpp.");
     m.def("cover", &cover, nb::kw_only(), "means"_a.noconvert(), "scales"_a.noconvert(), "axes"_a.noconvert(),
@@ -1502,6 +1676,8 @@ NB_MODULE(_core, m) {
           "num_threads"_a,
           "For these rows [n] of strokes with these neighbors [n, m], the light that passes them, how many of the "
           "first neighbors touch, and the sum of the cosines between normals, [n] each. See coverage.hpp.");
+    m.def("growth", &growth, "means"_a.noconvert(), "scales"_a.noconvert(), "axes"_a.noconvert(),
+          "opacities"_a.noconvert(), "num_threads"_a, "The growth [k] of strokes that closes gaps, see gaps.hpp.");
     m.def("oklab_planes", &oklab_planes, nb::kw_only(), "tables"_a, "rgb"_a.noconvert(), "planes"_a.noconvert(),
           "num_threads"_a, "Write OKLab planes [3, H, W] of a picture [H, W, 3], 0 to 1; see oklab.hpp.");
     m.def("seen_planes", &seen_planes, nb::kw_only(), "tables"_a, "rgb"_a.noconvert(), "alpha"_a.noconvert(),

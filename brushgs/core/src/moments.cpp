@@ -1,10 +1,12 @@
 #include "brushgs/moments.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
-#include "brushgs/cpu.hpp"
 #include "brushgs/exponentials.hpp"
+#include "brushgs/row_loop.hpp"
 #include "brushgs/symmetric_eigen.hpp"
 
 namespace brushgs {
@@ -15,13 +17,20 @@ constexpr std::size_t kRowsPerItem = 4096;
 constexpr std::size_t kGroupsPerItem = 64;
 constexpr double kThomsen = 1.6075;  // exponent: an error of at most 1.1 %
 
-// Calls `work(i)` for every i in [0, count), in threads, `per_item` at a time.
-template <class Work>
-void for_each(std::size_t count, std::size_t per_item, int num_threads, const Work& work) {
-    parallel_for((count + per_item - 1) / per_item, num_threads, [&](std::size_t item) {
-        const std::size_t end = std::min((item + 1) * per_item, count);
-        for (std::size_t i = item * per_item; i < end; ++i) work(i);
-    });
+// Half axes as they are visible in pictures.
+template <class T>
+std::array<double, 3> seen_of(const T* scales, double finest) {
+    std::array<double, 3> seen{static_cast<double>(scales[0]), static_cast<double>(scales[1]),
+                               static_cast<double>(scales[2])};
+    std::size_t thin = 0, middle = 1, most = 2;
+    if (seen[middle] < seen[thin]) std::swap(thin, middle);
+    if (seen[most] < seen[middle]) std::swap(middle, most);
+    if (seen[middle] < seen[thin]) std::swap(thin, middle);
+    if (!(seen[middle] < finest)) return seen;
+    seen[thin] = std::max(seen[thin], finest - seen[middle]);
+    seen[middle] = finest;
+    seen[most] = std::max(seen[most], finest);
+    return seen;
 }
 
 // Half axes in the directions that the quaternion turns the axes to, as columns [3, 3].
@@ -45,10 +54,17 @@ void mirror(double* matrix) { matrix[3] = matrix[1], matrix[6] = matrix[2], matr
 }  // namespace
 
 template <class T>
-void projected_areas(const T* scales, std::size_t count, int num_threads, double* areas) {
-    for_each(count, kRowsPerItem, num_threads, [&](std::size_t i) {
-        double a = static_cast<double>(scales[3 * i]), b = static_cast<double>(scales[3 * i + 1]),
-               c = static_cast<double>(scales[3 * i + 2]);
+void seen_scales(const T* scales, std::size_t count, double finest, int num_threads, double* seen) {
+    for_each_row(count, kRowsPerItem, num_threads, [&](std::size_t i) {
+        const auto own = seen_of(scales + 3 * i, finest);
+        std::copy_n(own.data(), 3, seen + 3 * i);
+    });
+}
+
+template <class T>
+void projected_areas(const T* scales, std::size_t count, double finest, int num_threads, double* areas) {
+    for_each_row(count, kRowsPerItem, num_threads, [&](std::size_t i) {
+        auto [a, b, c] = seen_of(scales + 3 * i, finest);
         if (b > a) std::swap(a, b);
         if (c > a) std::swap(a, c);
         const double unit = a > 0 ? a : 1;  // powers of tiny and huge scales stay in range
@@ -59,7 +75,7 @@ void projected_areas(const T* scales, std::size_t count, int num_threads, double
 
 template <class T>
 void sum_covariances(const Covariances<T>& query) {
-    for_each(query.num_groups, kGroupsPerItem, query.num_threads, [&](std::size_t group) {
+    for_each_row(query.num_groups, kGroupsPerItem, query.num_threads, [&](std::size_t group) {
         double within[9] = {}, between[9] = {}, axes[9];
         const double* center = query.centers + 3 * group;
         for (std::int64_t at = query.begins[group]; at < query.begins[group + 1]; ++at) {
@@ -83,7 +99,7 @@ void sum_covariances(const Covariances<T>& query) {
 }
 
 void principal_axes(const double* covariances, std::size_t count, int num_threads, double* scales, double* axes) {
-    for_each(count, kGroupsPerItem, num_threads, [&](std::size_t i) {
+    for_each_row(count, kGroupsPerItem, num_threads, [&](std::size_t i) {
         double matrix[9], vectors[9];
         std::copy_n(covariances + 9 * i, 9, matrix);
         const double trace = matrix[0] + matrix[4] + matrix[8], unit = trace > 0 ? trace : 1;
@@ -115,7 +131,7 @@ void principal_axes(const double* covariances, std::size_t count, int num_thread
 
 template <class T>
 void stop_groups(const Stopping<T>& query) {
-    for_each(query.num_groups, kGroupsPerItem, query.num_threads, [&](std::size_t group) {
+    for_each_row(query.num_groups, kGroupsPerItem, query.num_threads, [&](std::size_t group) {
         const double footprint = query.footprints[group];
         double passed = 0;
         for (std::int64_t at = query.begins[group]; at < query.begins[group + 1]; ++at) {
@@ -127,8 +143,10 @@ void stop_groups(const Stopping<T>& query) {
     });
 }
 
-template void projected_areas<float>(const float*, std::size_t, int, double*);
-template void projected_areas<double>(const double*, std::size_t, int, double*);
+template void seen_scales<float>(const float*, std::size_t, double, int, double*);
+template void seen_scales<double>(const double*, std::size_t, double, int, double*);
+template void projected_areas<float>(const float*, std::size_t, double, int, double*);
+template void projected_areas<double>(const double*, std::size_t, double, int, double*);
 template void sum_covariances<float>(const Covariances<float>&);
 template void sum_covariances<double>(const Covariances<double>&);
 template void stop_groups<float>(const Stopping<float>&);

@@ -1,7 +1,7 @@
 """Coverage of each stroke by its nearest neighbors: the share of light that they stop.
 
-A stroke is viewed along its thinnest axis, perpendicular to its surface (see `gaps`). Only its nearest
-neighbors count, so deep stacks of faint strokes are underestimated.
+A stroke is viewed along its thinnest axis, perpendicular to its surface. Only its nearest neighbours
+count, so deep stacks of faint strokes are underestimated.
 """
 
 from dataclasses import dataclass
@@ -43,7 +43,7 @@ class Coverage:
         """Find the neighbors of k strokes."""
         order = np.argsort(strokes.scales, axis=1)
         seen = seen_scales(strokes.scales, finest_of(strokes))
-        scales = np.take_along_axis(seen, order, axis=1).astype(np.float64)
+        scales = np.take_along_axis(seen, order, axis=1)
         axes = np.take_along_axis(rotation_matrices(strokes.quats), order[:, None, :], axis=2)
         means = strokes.means.astype(np.float64)
         sizes = np.sqrt(scales[:, 1]) * np.sqrt(scales[:, 2])

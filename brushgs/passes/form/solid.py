@@ -57,9 +57,8 @@ def solidify(strokes: Gaussians, strength: float = STRENGTH) -> Gaussians:
     scales = strokes.scales / np.sqrt(gains)[:, None]
     finest = finest_of(strokes)
     before, after = seen_scales(strokes.scales, finest), seen_scales(scales, finest)
-    if after is not scales:  # a line gets shorter, but not thinner
-        rows = np.flatnonzero((after != scales).any(axis=1))
-        gains[rows] = projected_areas(before[rows]) / projected_areas(after[rows])
+    rows = np.flatnonzero((after != scales).any(axis=1))  # a line gets shorter, but not thinner
+    gains[rows] = projected_areas(before[rows]) / projected_areas(after[rows])
     return replace(
         strokes, scales=scales.astype(dtype), opacities=np.minimum(opacities * gains, 1).astype(dtype)
     )

@@ -8,7 +8,6 @@ computed for equal members with the mean opacity and the mean share of the footp
 
 import numpy as np
 
-from brushgs.passes.finest import seen_scales
 from brushgs.passes.reduce.contribution import projected_areas, seen_areas
 from brushgs.passes.reduce.merge import principal_axes
 from brushgs.values.arrays import F32, F64, Array
@@ -82,7 +81,7 @@ def _merged(sums: F64, center: F64, finest: float) -> tuple[Array, Array, Array,
         away.T + center,
         quats_of(rotations),
         scales,
-        _opacities(sums, np.maximum(projected_areas(seen_scales(scales, finest)), LEAST_AREA)),
+        _opacities(sums, np.maximum(projected_areas(scales, finest), LEAST_AREA)),
         colors.T.reshape(len(scales), -1, 3),
     )
 

@@ -15,6 +15,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.core.native import core as _core
 from brushgs.options.choices import Features, Merge, Method
 from brushgs.passes.finest import finest_of
 from brushgs.passes.form.economy import ECONOMIC_ROUNDS, first_share
@@ -33,12 +34,10 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
 MAX_SEED = 2**32 - 1  # of scikit-learn
-# Of the weights in k-means, see `cluster_weights`: 1/4 costs the skull 0.1 dB, 1/2 the still life 0.6.
-CONTRIBUTION_POWER = 0.375
+CONTRIBUTION_POWER = 0.375  # of weights in k-means, as in `cluster_weights`
 # Of a focus in weights and errors: clusters on a surface are as dense as the root of the weights. A focus of
 # 2 on a sphere in koala, truck and skull gave 1.3 to 1.6 times the strokes per area at 1, 1.9 to 2.5 at 2.
 FOCUS_POWER = 1.75
-LEAST_DETAIL, MOST_DETAIL = 0.01, 0.1  # RGB 0 to 1; with at most 0.2 the skull loses 0.2 dB
 # Clustering methods: points [N, D], weights [N], the number of clusters and a seed in, `Clusters` out. "auto"
 # picks one, see `choose_method`. To add one, name it here and in `brushgs.options.choices`, which help reads.
 METHODS: dict[str, Callable[..., Clusters]] = {"lloyd": lloyd, "minibatch": minibatch}
@@ -313,12 +312,7 @@ def cluster_weights(gaussians: Gaussians, visible: NDArray[np.float64] | None = 
         gaussians: N Gaussians.
         visible: [N] their `visible_shares`, if known.
     """
-    weights = contributions(gaussians, visible) ** CONTRIBUTION_POWER
-    weights *= LEAST_DETAIL + np.minimum(color_detail(gaussians), MOST_DETAIL)
-    largest = weights.max()
-    if not largest > 0:
-        return np.ones(len(weights))
-    return np.asarray(np.maximum(weights / largest, 1e-9))  # above zero: each Gaussian belongs to a cluster
+    return np.asarray(_core.cluster_weights(contributions(gaussians, visible), color_detail(gaussians)))
 
 
 def _check_choice(name: str, value: str, choices: tuple[str, ...]) -> None:

@@ -3,12 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import Features
 from brushgs.passes.extent import robust_frame
-from brushgs.passes.row_blocks import for_blocks
 from brushgs.values.arrays import Array
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
 
 # The difference from black to white equals 7 % of the scene's radius. Measured at 250, 2000 and 7000 strokes
@@ -37,32 +37,31 @@ def cluster_features(
         frame: for "balanced", centre and radius of the scene; None for those of these Gaussians. All moments
             of a moving scene need the same frame, or still parts would move.
     """
-    points = np.empty((len(gaussians), 9), dtype=np.float32)
     if features == "paper":
+        points = np.empty((len(gaussians), 9), dtype=np.float32)
         largest = np.finfo(np.float32).max
         points[:, :3] = np.clip(gaussians.means, -largest, largest)
         points[:, 3:6] = np.minimum(gaussians.scales, largest)
         points[:, 6:] = base_colors(gaussians.sh)
         return points
-    places, factors = contracted(gaussians.means, frame)
-
-    def fill(rows: slice) -> None:
-        points[rows, :3] = places[rows]
-        points[rows, 3:6] = np.minimum(gaussians.scales[rows] * factors[rows], 2.0)
-        points[rows, 6:] = COLOR_WEIGHT * base_colors(gaussians.sh[rows])
-
-    for_blocks(fill, len(points))
-    return points
+    center, radius = robust_frame(gaussians.means) if frame is None else frame
+    found = _core.cluster_features(
+        means=np.ascontiguousarray(gaussians.means),
+        scales=np.ascontiguousarray(gaussians.scales),
+        sh=np.ascontiguousarray(gaussians.sh),
+        center=center,
+        radius=radius,
+        color_weight=COLOR_WEIGHT,
+        num_threads=num_threads_or_default(None),
+    )
+    return np.asarray(found)
 
 
 def spans_of(gaussians: Gaussians, points: NDArray[np.float32]) -> NDArray[np.float32]:
     """Half axes of Gaussians among their `cluster_features`, [N, 3, 3], as columns."""
     spans = np.empty((len(gaussians), 3, 3), dtype=np.float32)
-
-    def fill(rows: slice) -> None:
-        spans[rows] = rotation_matrices(gaussians.quats[rows]) * points[rows, None, 3:6]
-
-    for_blocks(fill, len(points))
+    quats, threads = np.ascontiguousarray(gaussians.quats), num_threads_or_default(None)
+    _core.feature_spans(quats, np.ascontiguousarray(points), spans, threads)
     return spans
 
 
@@ -79,14 +78,4 @@ def contracted(
         The positions [N, 3], and the factor on lengths there [N, 1].
     """
     center, radius = robust_frame(means) if frame is None else frame
-    places, factors = np.empty((len(means), 3)), np.empty((len(means), 1))
-
-    def fill(rows: slice) -> None:
-        away = (means[rows] - center) / radius
-        squares = away * away
-        distance = np.maximum(np.sqrt(squares[:, 0] + squares[:, 1] + squares[:, 2]), 1.0)[:, None]
-        contraction = (2 - 1 / distance) / distance
-        places[rows], factors[rows] = away * contraction, contraction / radius
-
-    for_blocks(fill, len(means))
-    return places, factors
+    return _core.contracted(np.ascontiguousarray(means), center, radius, num_threads_or_default(None))

@@ -7,7 +7,7 @@ With "cover" the merged Gaussian paints what its members painted, where they pai
   (see `finest`): a needle is as wide as the low-pass of the renderer.
 - The covariance follows the law of total variance, within + between. The part between is multiplied by
   `overlap`, so that neighbouring strokes overlap as paint does, and by more where a single layer of strokes
-  would leave gaps (see `gaps`); a lone member keeps its covariance.
+  would leave gaps (see core/include/brushgs/gaps.hpp); a lone member keeps its covariance.
 - The opacity is the probability that a ray through the footprint (without `overlap`) is stopped if members
   lie anywhere in it: 1 - product of (1 - opacity_i x min(1, area_i / area)). For one member that is its own
   opacity, for equal ones that of the stack, for many small ones the Beer-Lambert law. Clusters with outliers
@@ -26,13 +26,12 @@ from numpy.typing import NDArray
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import Merge
-from brushgs.passes.finest import finest_of, seen_scales
-from brushgs.passes.form.gaps import growth
+from brushgs.passes.finest import finest_of
 from brushgs.passes.groups import Groups, compacted
-from brushgs.passes.reduce.contribution import projected_areas, seen_areas, visible_shares
+from brushgs.passes.reduce.contribution import seen_areas, visible_shares
 from brushgs.values.arrays import F64, Array, check
-from brushgs.values.gaussians import Gaussians
-from brushgs.values.quats import normalized, quats_of
+from brushgs.values.gaussians import GAUSSIAN_COLUMNS, Gaussians
+from brushgs.values.quats import normalized
 
 # Factor on the variance between members, 1.16 in length. Members distributed evenly over a disc have half its
 # radius as deviation, and a Gaussian of that deviation paints half of the disc: 2 would paint as much as it,
@@ -85,7 +84,7 @@ def merge_clusters(
     compact, num = compacted(labels)
     groups = Groups.of(compact, num)
     if merge == "cover":
-        merged = _cover(gaussians, compact, groups, overlap, visible, areas)
+        merged = _cover(gaussians, compact, num, overlap, visible, areas)
     else:
         merged = _paper(gaussians, compact, groups)
     dtype = gaussians.means.dtype.type
@@ -115,44 +114,26 @@ def _paper(gaussians: Gaussians, labels: NDArray[np.int32], groups: Groups) -> G
 def _cover(
     gaussians: Gaussians,
     labels: NDArray[np.int32],
-    groups: Groups,
+    num: int,
     overlap: float | None,
     visible: F64 | None,
     areas: F64 | None,
 ) -> Gaussians:
-    num, finest = len(groups), finest_of(gaussians)
-    areas = seen_areas(gaussians) if areas is None else areas
-    shares = shares_by_label(gaussians.opacities * areas, labels, num)
-    means = groups.sums(gaussians.means, shares)
-    within, between = covariances(gaussians, means, shares, groups)
-    scales, _ = principal_axes(within + between)
-    footprints = projected_areas(seen_scales(scales, finest))
-    opacities = stopped(gaussians.opacities, areas, footprints, groups)
-    scales, rotations = principal_axes(within + (overlap or OVERLAP) * between)
-    if overlap is None:
-        more = growth(means, seen_scales(scales, finest).astype(np.float64), rotations, opacities)
-        rows = np.flatnonzero(more)
-        covars = within[rows] + (OVERLAP + more[rows, None, None]) * between[rows]
-        scales[rows], rotations[rows] = principal_axes(covars)
-    visible = visible_shares(gaussians) if visible is None else visible
-    seen = shares_by_label(shares * visible, labels, num)
-    quats, sh = quats_of(rotations), groups.sums(gaussians.sh, seen)
-    columns = (means, quats, scales, opacities, sh)
-    alone = np.flatnonzero(groups.sizes == 1)
-    originals = (gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities, gaussians.sh)
-    for column, original in zip(columns, originals, strict=True):
-        column[alone] = original[groups.firsts[alone]]
-    return Gaussians(*columns)
-
-
-def shares_by_label(weights: F64, labels: NDArray[np.integer[Any]], num: int) -> F64:
-    """Weights over their sum by label; equal weights if that sum is zero."""
-    totals = np.bincount(labels, weights, num)
-    is_void = (totals == 0)[labels]
-    if is_void.any():
-        weights = np.where(is_void, 1.0, weights)
-        totals = np.bincount(labels, weights, num)
-    return np.asarray(weights / totals[labels])
+    finest = finest_of(gaussians)
+    columns = [np.ascontiguousarray(getattr(gaussians, name)) for name in GAUSSIAN_COLUMNS]
+    merged = tuple(np.empty((num, *column.shape[1:]), column.dtype) for column in columns)
+    _core.cover_members(
+        **dict(zip(GAUSSIAN_COLUMNS, columns, strict=True)),
+        areas=np.ascontiguousarray(seen_areas(gaussians) if areas is None else areas),
+        visible=np.ascontiguousarray(visible_shares(gaussians) if visible is None else visible),
+        labels=labels,
+        overlap=overlap or OVERLAP,
+        closes_gaps=overlap is None,
+        finest=finest,
+        num_threads=num_threads_or_default(None),
+        merged=merged,
+    )
+    return Gaussians(*merged)
 
 
 def covariances(gaussians: Gaussians, means: F64, shares: F64, groups: Groups) -> tuple[F64, F64]:

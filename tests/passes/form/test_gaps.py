@@ -3,10 +3,15 @@ import pytest
 from scipy.spatial import cKDTree
 
 from brushgs.core.native import core as _core
-from brushgs.passes.form.gaps import PLANE, growth
 from brushgs.passes.reduce.merge import merge_clusters
 from tests.kit.for_each import for_each
 from tests.passes.scenes import covariances, random_gaussians, replaced
+
+PLANE = 1.2  # of gaps.hpp
+
+
+def growth(means, scales, axes, opacities):
+    return _core.growth(means, scales, np.ascontiguousarray(axes), opacities, 2)
 
 
 def discs(means, size, *, opacity=1.0):

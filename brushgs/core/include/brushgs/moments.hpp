@@ -7,10 +7,19 @@
 
 namespace brushgs {
 
-// Mean projected area of ellipsoids over all directions, divided by pi, by Thomsen's formula for their surface.
+// Half axes of ellipsoids as they are visible in pictures: where the middle one is below `finest`, the standard
+// deviation of the finest line in them, an ellipsoid is at least as thick, a needle in both directions. Continuous as a
+// disc narrows to a needle.
+template <class T>
+void seen_scales(const T* scales,  // [count, 3] half axes
+                 std::size_t count, double finest, int num_threads,
+                 double* seen);  // [count, 3]
+
+// Mean projected area of ellipsoids over all directions, divided by pi, by Thomsen's formula for their surface: of
+// `seen_scales`, which with a `finest` of 0 are the half axes themselves.
 template <class T>
 void projected_areas(const T* scales,  // [count, 3] half axes
-                     std::size_t count, int num_threads,
+                     std::size_t count, double finest, int num_threads,
                      double* areas);  // [count]
 
 template <class T>
