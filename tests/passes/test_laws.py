@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 import brushgs as bg
+from brushgs.core.native import core as _core
 from brushgs.core.threads import at_most
 from brushgs.passes.color.key_light import KeyLight
 from brushgs.passes.color.recolor import Palette
@@ -17,7 +18,6 @@ from brushgs.passes.color.values import Values
 from brushgs.passes.form.choose_brushes import mix_brushes
 from brushgs.passes.form.defocus import defocus, focused
 from brushgs.passes.form.edges import Around, find_edges, soften_edges
-from brushgs.passes.form.gaps import growth
 from brushgs.passes.form.material import Materials
 from brushgs.passes.form.plane_axes import mark_axes
 from brushgs.passes.form.saliency import saliency
@@ -119,7 +119,8 @@ def gaps(strokes: Gaussians, _: object) -> np.ndarray:
     order = np.argsort(strokes.scales, axis=1)
     axes = np.take_along_axis(rotation_matrices(strokes.quats.astype(float)), order[:, None], axis=2)
     sizes = np.take_along_axis(strokes.scales, order, axis=1)
-    return growth(*(one.astype(float) for one in (strokes.means, sizes, axes, strokes.opacities)))
+    columns = strokes.means, sizes, axes, strokes.opacities
+    return _core.growth(*(np.ascontiguousarray(column, float) for column in columns), 2)
 
 
 def in_its_light(strokes: Gaussians, moved: Callable[[Gaussians], Gaussians]) -> Gaussians:
