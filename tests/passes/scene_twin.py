@@ -76,3 +76,16 @@ def color_detail(sh, order):
 def cluster_weights(contributions, detail):
     weights = contributions**0.375 * (0.01 + np.minimum(detail, 0.1))
     return np.maximum(weights / weights.max(), 1e-9) if weights.max() > 0 else np.ones(len(weights))
+
+
+def spread(weights, order):
+    """`order` is along the Morton curve."""
+    turns = np.modf((np.arange(len(weights)) + 0.5) * (5**0.5 - 1) / 2)[0]
+    factors = np.empty(len(weights))
+    factors[order] = 4.0 ** (2 * turns - 1)
+    return weights * factors
+
+
+def num_spare(weights, ranked):
+    lost = np.cumsum(np.minimum(weights, np.percentile(weights, 90))[np.argsort(ranked, kind="stable")])
+    return np.count_nonzero(lost <= 0.05 * lost[-1])

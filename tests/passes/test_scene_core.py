@@ -11,6 +11,7 @@ from brushgs.passes.reduce.detail import color_detail
 from brushgs.passes.reduce.features import cluster_features, contracted, spans_of
 from brushgs.passes.reduce.merge import OVERLAP, merge_clusters, principal_axes
 from brushgs.passes.reduce.morton import morton_order
+from brushgs.passes.reduce.prune import highest, num_spare, spread
 from brushgs.values.gaussians import GAUSSIAN_COLUMNS, Gaussians
 from tests.kit.for_each import for_each
 from tests.passes import moments_twin, scene_twin
@@ -100,6 +101,24 @@ def test_weights_are_those_of_the_twin_and_above_zero():
         found = _core.cluster_weights(values, detail)
         np.testing.assert_allclose(found, scene_twin.cluster_weights(values, detail), rtol=1e-12)
         assert found.min() > 0
+
+
+@for_each("num", [1, 2, 300])
+def test_ranks_and_what_can_be_spared_are_those_of_the_twin(num):
+    scene, weights = random_gaussians(num), np.random.default_rng(2).random(num) ** 4
+    order = morton_order(contracted(scene.means)[0])
+    ranked = with_threads(lambda: [spread(weights, scene)])[0]
+    np.testing.assert_allclose(ranked, scene_twin.spread(weights, order), rtol=1e-12)
+    for some in (weights, np.ones(num), np.zeros(num)):
+        assert num_spare(some, ranked) == scene_twin.num_spare(some, ranked)
+
+
+@for_each("count", [1, 7, 50, 99, 100])
+def test_the_highest_weights_are_kept_and_of_equal_ones_the_first(count):
+    weights = np.random.default_rng(2).integers(0, 9, 100).astype(float)
+    expected = np.zeros(100, bool)
+    expected[np.argsort(-weights, kind="stable")[:count]] = True
+    np.testing.assert_array_equal(highest(weights, count), expected)
 
 
 def cover_of(scene, labels, visible, areas, finest):

@@ -38,6 +38,7 @@
 #include "brushgs/press.hpp"
 #include "brushgs/project.hpp"
 #include "brushgs/project_backward.hpp"
+#include "brushgs/prune.hpp"
 #include "brushgs/raster.hpp"
 #include "brushgs/raster_backward.hpp"
 #include "brushgs/streamlines.hpp"
@@ -1400,6 +1401,26 @@ nb::object cluster_weights(In<double, 1> contributions, In<double, 1> detail) {
     return row(weights, count);
 }
 
+nb::object spread_weights(In<double, 1> weights, In<double, 2> places, int num_threads) {
+    const std::size_t count = weights.shape(0);
+    auto ranked = brushgs::make_buffer<double>(count);
+    {
+        const nb::gil_scoped_release without_gil;
+        brushgs::spread_weights(weights.data(), places.data(), count, num_threads, ranked.get());
+    }
+    return row(ranked, count);
+}
+
+std::size_t count_spare(In<double, 1> weights, In<double, 1> ranked, int num_threads) {
+    const nb::gil_scoped_release without_gil;
+    return brushgs::count_spare(weights.data(), ranked.data(), weights.shape(0), num_threads);
+}
+
+void mark_highest(In<double, 1> weights, std::size_t num_kept, Out<std::uint8_t, 1> is_kept) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::mark_highest(weights.data(), weights.shape(0), num_kept, is_kept.data());
+}
+
 template <class T>
 void cover_members(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
                    In<double, 1> areas, In<double, 1> visible, In<std::int32_t, 1> labels, double overlap,
@@ -1676,6 +1697,12 @@ NB_MODULE(_core, m) {
           "num_threads"_a,
           "For these rows [n] of strokes with these neighbors [n, m], the light that passes them, how many of the "
           "first neighbors touch, and the sum of the cosines between normals, [n] each. See coverage.hpp.");
+    m.def("spread_weights", &spread_weights, "weights"_a.noconvert(), "places"_a.noconvert(), "num_threads"_a,
+          "The weights [N] times factors that vary along the curve of places [N, 3], see prune.hpp.");
+    m.def("count_spare", &count_spare, "weights"_a.noconvert(), "ranked"_a.noconvert(), "num_threads"_a,
+          "How many rows of the lowest rank hold at most 5 % of the weights, see prune.hpp.");
+    m.def("mark_highest", &mark_highest, "weights"_a.noconvert(), "num_kept"_a, "is_kept"_a.noconvert(),
+          "Write a mask [N] uint8 of the highest weights [N], ties by row.");
     m.def("growth", &growth, "means"_a.noconvert(), "scales"_a.noconvert(), "axes"_a.noconvert(),
           "opacities"_a.noconvert(), "num_threads"_a, "The growth [k] of strokes that closes gaps, see gaps.hpp.");
     m.def("oklab_planes", &oklab_planes, nb::kw_only(), "tables"_a, "rgb"_a.noconvert(), "planes"_a.noconvert(),

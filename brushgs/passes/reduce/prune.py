@@ -10,19 +10,10 @@ from brushgs.options.painting import DEFAULT_KEEP
 from brushgs.options.table import parse_share
 from brushgs.passes.reduce.contribution import contributions
 from brushgs.passes.reduce.features import contracted
-from brushgs.passes.reduce.morton import morton_order
 from brushgs.values.arrays import Mask
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors
-
-# Weights are multiplied by 1/4 to 4, varying along a space-filling curve, so that among equal neighbours some
-# stay. By weight alone whole patches would go.
-SPREAD = 4.0
-TURN = 0.6180339887498949  # golden ratio: any few consecutive turns are spread evenly over [0, 1)
-# Largest share of all contributions that the default drops. The lowest 30 % of five trained scenes hold 0.06
-# to 7 %, of two that had been pruned before 11 %, of a lattice 29 %.
-MOST_LOST = 0.05
 
 
 def prune(
@@ -98,19 +89,13 @@ def prune(
 
 def spread(weights: NDArray[np.float64], gaussians: Gaussians) -> NDArray[np.float64]:
     """The weights [N] times 1/4 to 4, varying along the Morton curve of the positions."""
-    turns = np.modf((np.arange(len(weights)) + 0.5) * TURN)[0]
-    factors = np.empty(len(weights))
-    factors[morton_order(contracted(gaussians.means)[0])] = SPREAD ** (2 * turns - 1)
-    return weights * factors
+    places = contracted(gaussians.means)[0]
+    return np.asarray(_core.spread_weights(weights, places, num_threads_or_default(None)))
 
 
 def num_spare(weights: NDArray[np.float64], ranked: NDArray[np.float64]) -> int:
     """Number of lowest-ranked rows that together hold at most 5 % of the weights."""
-    # Cap weights: a few Gaussians as large as the sky must not make all others negligible.
-    capped = np.minimum(weights, np.percentile(weights, 90))
-    order = np.asarray(_core.order(ranked, num_threads_or_default(None)))
-    lost = np.cumsum(capped[order])
-    return int(np.searchsorted(lost, MOST_LOST * lost[-1], side="right"))
+    return int(_core.count_spare(weights, ranked, num_threads_or_default(None)))
 
 
 def intensities(gaussians: Gaussians) -> NDArray[np.float64]:
@@ -121,8 +106,6 @@ def intensities(gaussians: Gaussians) -> NDArray[np.float64]:
 
 def highest(weights: NDArray[np.float64], count: int) -> NDArray[np.bool_]:
     """Mask of the `count` highest weights; ties go to earlier rows."""
-    lowest_kept = np.partition(weights, len(weights) - count)[len(weights) - count]
-    is_kept = np.asarray(weights > lowest_kept)
-    ties = np.flatnonzero(weights == lowest_kept)
-    is_kept[ties[: count - np.count_nonzero(is_kept)]] = True
-    return is_kept
+    is_kept = np.empty(len(weights), np.uint8)
+    _core.mark_highest(np.ascontiguousarray(weights, np.float64), count, is_kept)
+    return is_kept.view(bool)
