@@ -33,7 +33,7 @@ struct Grouped {
         brushgs::group_rows(labels.data(), kCount, kGroups, rows.data(), begins.data());
         weights = random.numbers<double>(kCount, 0.01, 1);
         footprints = random.numbers<double>(kGroups, 0, 0.1);
-        brushgs::projected_areas(gaussians.scales.data(), kCount, 1, areas.data());
+        brushgs::projected_areas(gaussians.scales.data(), kCount, 0.0, 1, areas.data());
         means = random.numbers<double>(3 * kGroups, -0.5, 0.5);
     }
 };
@@ -44,7 +44,7 @@ void run_moments(Cases& cases) {
     const std::string name = std::string(": ") + name_of_scalar<T>;
     cases.run("projected areas" + name, [&](int num_threads) {
         std::vector<double> areas(kCount);
-        brushgs::projected_areas(of.gaussians.scales.data(), kCount, num_threads, areas.data());
+        brushgs::projected_areas(of.gaussians.scales.data(), kCount, 0.0, num_threads, areas.data());
         Hash hash;
         hash.add(areas);
         return hash.value();
