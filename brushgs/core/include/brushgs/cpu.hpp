@@ -1,12 +1,17 @@
 // The instruction set and the threads of the kernels.
 #pragma once
 
-#include <atomic>
 #include <cstddef>
+#include <cstdlib>
+#include <new>
+#include <type_traits>
+
+#ifndef BRUSHGS_ALONE
+#include <atomic>
 #include <exception>
 #include <thread>
-#include <type_traits>
 #include <vector>
+#endif
 
 namespace brushgs {
 
@@ -53,6 +58,25 @@ Kernel* pick_kernel(Kernel* baseline, Kernel* avx2, Kernel* avx512) {
             return pick_kernel(&baseline::name<T>, &BRUSHGS_AVX2::name<T>, &BRUSHGS_AVX512::name<T>); \
     }()
 
+// BRUSHGS_ALONE builds the kernels for a page in a browser: WebAssembly with one thread and without exceptions. Memory
+// that runs out then ends the program, which the page reports.
+[[noreturn]] inline void out_of_memory() {
+#ifdef BRUSHGS_ALONE
+    std::abort();
+#else
+    throw std::bad_alloc();
+#endif
+}
+
+#ifdef BRUSHGS_ALONE
+
+template <class Work>
+void parallel_for(std::size_t count, int, const Work& work) {
+    for (std::size_t item = 0; item < count; ++item) work(item);
+}
+
+#else
+
 // Threads that are joined, even if starting one of them fails. Not std::jthread, which older versions of libc++, the
 // library of macOS, do not have.
 struct JoinedThreads {
@@ -90,5 +114,7 @@ void parallel_for(std::size_t count, int num_threads, const Work& work) {
     }
     if (failure) std::rethrow_exception(failure);
 }
+
+#endif
 
 }  // namespace brushgs

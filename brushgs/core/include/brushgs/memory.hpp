@@ -4,9 +4,10 @@
 #include <cstddef>
 #include <cstdlib>
 #include <memory>
-#include <new>
 #include <span>
 #include <type_traits>
+
+#include "brushgs/cpu.hpp"
 
 #if defined(__linux__)
 #include <sys/mman.h>
@@ -49,7 +50,7 @@ Buffer<T> make_buffer(std::size_t count) {
     const std::size_t alignment = bytes >= 2 * huge_page ? huge_page : cache_line;
     const std::size_t size = (bytes / alignment + 1) * alignment;
     void* memory = allocate_aligned(alignment, size);
-    if (memory == nullptr) throw std::bad_alloc();
+    if (memory == nullptr) out_of_memory();
 #ifdef MADV_HUGEPAGE
     if (alignment == huge_page) madvise(memory, size, MADV_HUGEPAGE);
 #endif

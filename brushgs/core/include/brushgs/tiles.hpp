@@ -203,7 +203,7 @@ TileLists make_tiles(const RasterParams& params, MakeRecords<T> make_records, co
     tiles.starts.resize(num_tiles + 1);
     std::size_t num_visits = 0;
     for (const Chunk& chunk : chunks) num_visits += chunk.visits.size();
-    if (num_visits > std::numeric_limits<std::uint32_t>::max()) throw std::bad_alloc();  // 16 GB of list entries
+    if (num_visits > std::numeric_limits<std::uint32_t>::max()) out_of_memory();  // 16 GB of list entries
     std::uint32_t total = 0;
     for (std::size_t tile = 0; tile < num_tiles; ++tile) {
         tiles.starts[tile] = total;
