@@ -27,12 +27,12 @@ PAGES = [*GUIDES, ROOT / "strokes" / "README.md", *sorted((EXAMPLES / "measured"
 
 
 def commands_of(pages):
-    """The commands of some pages, each once, but those of the demo, which `.ci/run` runs."""
+    """The commands of some pages, each once, but those of `demo` and `painter`, which `.ci/run` runs."""
     texts = [page.read_text(encoding="utf-8") for page in pages]
     blocks = [
         block for text in texts for block in re.findall(r"^```sh\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     ]
-    return list(dict.fromkeys(re.findall(r"^brushgs (?!demo).+$", "".join(blocks), re.MULTILINE)))
+    return list(dict.fromkeys(re.findall(r"^brushgs (?!demo|painter).+$", "".join(blocks), re.MULTILINE)))
 
 
 COMMANDS = commands_of(GUIDES)

@@ -27,6 +27,7 @@ COMMANDS = {  # module in brushgs.cli.commands -> description
     "adopt": "make marks in space of what was painted over a picture of a scene",
     "batch": "run many jobs from one file: scenes, looks and views",
     "view": "paint a scene in the browser: turn it, change it, and paint pictures and videos from there",
+    "painter": "write one HTML file that paints scene files dropped on it, without brushgs",
     "demo": "build the example scene and paint it",
     "prune": "keep the most important Gaussians: scene in, scene out",
     "cluster": "merge Gaussians into fewer, larger ones: scene in, scene out",

@@ -57,10 +57,13 @@ SCRIPTS = (
     "live_brush.js",
     "live_scene.js",
     "live.js",
+    "drop.js",
     "app.js",
 )
 # Files for pages with a server only.
 LIVE_SCRIPTS = frozenset(name for name in SCRIPTS if name.startswith("live"))
+# The script of pages that paint, and the text of its worker.
+DROP_SCRIPT, WORKER_SCRIPT = "drop.js", "drop_worker.js"
 SHARED_GLSL = "shared.glsl"  # generated, see `brushgs.outlets.page.shared`
 SHADER_SUFFIXES = (".vert", ".frag", ".glsl")
 _INCLUDE = re.compile(r'^[ \t]*#include "([^"\n]+)"[ \t]*$', re.MULTILINE)
@@ -113,6 +116,7 @@ def page_html(
     title: str,
     still: bytes | None = None,
     live: bool = False,
+    drop: bool = False,
     preview: Preview | None = None,
 ) -> str:
     """The text of a page, to be stored as UTF-8.
@@ -122,15 +126,18 @@ def page_html(
         title: any text.
         still: a picture, JPEG, WebP or PNG, for a browser that cannot paint; None for none.
         live: whether the page talks to its server: then it may, and has the studio of `live.js`.
+        drop: whether the page paints scene files dropped on it, by the module in its contents.
         preview: see `Preview`.
     """
     preview = preview or Preview()
-    script, style = page_script(live=live), web_text("style.css") + (web_text("live.css") if live else "")
+    script, style = page_script(live=live, drop=drop), web_text("style.css")
+    style += (web_text("live.css") if live else "") + (web_text("drop.css") if drop else "")
     own = " 'self'" if live else ""
+    worker = " 'wasm-unsafe-eval' blob:" if drop else ""
     policy = "; ".join(
         [
             "default-src 'none'",
-            f"script-src {content_hash(script)}",
+            f"script-src {content_hash(script)}{worker}",
             f"style-src {content_hash(style)}",
             f"img-src data: blob:{own}",
             f"connect-src data: blob:{own}",
@@ -148,7 +155,8 @@ def page_html(
             "generator": html.escape(f"brushgs {__version__}"),
             "title": name,
             "meta": preview.tags(plain),
-            "caption": f'<p id="caption">{caption}</p>\n' if caption else "",
+            "caption": (f'<p id="caption">{caption}</p>\n' if caption else "")
+            + (web_text("drop.html") if drop else ""),
             "style": style,
             "still": "" if still is None else _still(still, name),
             "script": script,
@@ -172,22 +180,21 @@ def fill(template: str, values: dict[str, str]) -> str:
     return _SLOT.sub(lambda match: values[match[1]], template)
 
 
-def page_script(*, live: bool = False) -> str:
+def page_script(*, live: bool = False, drop: bool = False) -> str:
     """All scripts of a page as one: a strict function of its own.
 
-    It begins with the texts of the shaders as `SHADERS`, and `brushgs.outlets.page.shared` as `SHARED`.
+    It begins with the texts of the shaders as `SHADERS`, and `brushgs.outlets.page.shared` as `SHARED`; in a
+    page that paints, with the text of its worker as `WORKER`.
 
     Raises:
         ValueError: if a script holds what would end its element in HTML, or an included file is missing.
     """
-    names = web_files()
+    left_out = (set() if live else LIVE_SCRIPTS) | (set() if drop else {DROP_SCRIPT})
+    names = [name for name in SCRIPTS if name in web_files() and name not in left_out]
     parts = [
         script_beginning(),
-        *(
-            f"// {name}\n{web_text(name)}"
-            for name in SCRIPTS
-            if name in names and (live or name not in LIVE_SCRIPTS)
-        ),
+        *([f"const WORKER = {_quoted(web_text(WORKER_SCRIPT))};"] if drop else []),
+        *(f"// {name}\n{web_text(name)}" for name in names),
     ]
     script = '(() => {\n"use strict";\n' + "\n".join(parts) + "\n})();\n"
     if re.search(r"</script|<!--", script, re.IGNORECASE):

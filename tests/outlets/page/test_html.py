@@ -106,7 +106,7 @@ def test_a_shader_that_includes_itself_or_nothing_is_refused(tmp_path, monkeypat
 
 def test_chromium_runs_the_script_of_the_page_and_no_other(browser, open_page, tmp_path, monkeypatch):
     ran = "document.getElementById('message').textContent = 'ran </b>';"
-    monkeypatch.setattr(html, "page_script", lambda live: f"(() => {{ {ran} }})();")
+    monkeypatch.setattr(html, "page_script", lambda **kind: f"(() => {{ {ran} }})();")
     text = page_html(write_container(contents_of(some_coat(some_strokes(5)))), title="t")
     (tmp_path / "page.html").write_text(text, encoding="utf-8")
     page = open_page(tmp_path / "page.html")

@@ -1,0 +1,41 @@
+// Gaussians of a scene -> strokes in space, without views of it: what `brushgs.cluster(gaussians, num_strokes)` makes,
+// for a page that has no Python. The clusters are those of lloyd.hpp; their weights and their merge follow
+// brushgs/passes/reduce (contribution.py, detail.py, features.py, merge.py), which explain them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace brushgs {
+
+struct SceneGaussians {
+    const float* means;      // [count, 3] world units
+    const float* quats;      // [count, 4] w, x, y, z; any length above zero
+    const float* scales;     // [count, 3] standard deviations, world units
+    const float* opacities;  // [count] 0 to 1
+    const float* sh;         // [count, sh_terms, 3]
+    std::size_t count;       // 1 to 2^31 - 1
+    std::size_t sh_terms;
+    bool is_antialiased;  // then none is thicker in pictures than it is
+};
+
+// Middle and half diagonal of the box that holds 98 % of the points along each axis; the radius is > 0.
+struct Extent {
+    double center[3];
+    double radius;
+};
+Extent robust_extent(const float* means, std::size_t count);
+
+struct SceneStrokes {
+    std::vector<float> means, quats, scales, opacities, sh;  // as in SceneGaussians
+    std::size_t count = 0;
+    std::size_t sh_terms = 1;
+};
+
+// `draws` are random numbers, see `Lloyd`. At most `num_strokes` strokes; the Gaussians themselves if there are not
+// more. `tell` is called with the share of the work that is done.
+SceneStrokes strokes_of_scene(const SceneGaussians& gaussians, std::size_t num_strokes, const double* draws,
+                              void (*tell)(double share));
+
+}  // namespace brushgs

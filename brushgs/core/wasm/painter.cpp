@@ -1,0 +1,110 @@
+// What the worker of a painter page calls: the bytes of a scene file in, columns of strokes out. One scene at a time.
+// Pointers are addresses in the memory of the module; numbers are as in scene_rows.hpp and scene_strokes.hpp.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <numeric>
+
+#include "brushgs/scene_rows.hpp"
+#include "brushgs/scene_strokes.hpp"
+
+#define BRUSHGS_EXPORT(name) extern "C" __attribute__((export_name(#name)))
+
+extern "C" __attribute__((import_module("page"), import_name("tell"))) void tell_page(double share);
+
+namespace {
+
+constexpr float kLeastAlpha = 1.0F / 255;  // of brushgs/rendering/constants.py: fainter strokes paint nothing
+
+brushgs::SceneColumns scene;
+brushgs::Extent extent;
+brushgs::SceneStrokes strokes;
+
+double paint_of(std::size_t row) {
+    std::array<double, 3> scales;
+    for (std::size_t i = 0; i < 3; ++i) scales[i] = static_cast<double>(strokes.scales[3 * row + i]);
+    std::ranges::sort(scales);
+    return scales[1] * scales[2] * static_cast<double>(strokes.opacities[row]);
+}
+
+void take(std::vector<float>& column, std::size_t width, const std::vector<std::uint32_t>& rows) {
+    std::vector<float> taken;
+    taken.reserve(width * rows.size());
+    for (const std::uint32_t row : rows) {
+        taken.insert(taken.end(), column.begin() + static_cast<std::ptrdiff_t>(width * row),
+                     column.begin() + static_cast<std::ptrdiff_t>(width * (row + 1)));
+    }
+    column = std::move(taken);
+}
+
+// The strokes as a page holds them (brushgs/outlets/page/contents.py): those with most paint first, relative to the
+// middle of the scene, rotations of unit length.
+void arrange() {
+    std::vector<double> paint(strokes.count);
+    std::vector<std::uint32_t> rows(strokes.count);
+    for (std::size_t row = 0; row < strokes.count; ++row) paint[row] = paint_of(row);
+    std::iota(rows.begin(), rows.end(), 0U);
+    std::ranges::stable_sort(rows, [&](std::uint32_t a, std::uint32_t b) { return paint[a] > paint[b]; });
+    std::erase_if(rows, [](std::uint32_t row) { return strokes.opacities[row] < kLeastAlpha; });
+    take(strokes.means, 3, rows);
+    take(strokes.quats, 4, rows);
+    take(strokes.scales, 3, rows);
+    take(strokes.opacities, 1, rows);
+    take(strokes.sh, 3 * strokes.sh_terms, rows);
+    strokes.count = rows.size();
+    for (std::size_t i = 0; i < strokes.means.size(); ++i) {
+        strokes.means[i] = static_cast<float>(static_cast<double>(strokes.means[i]) - extent.center[i % 3]);
+    }
+    for (std::size_t row = 0; row < strokes.count; ++row) {
+        std::array<double, 4> quat;
+        double largest = 0, squares = 0;
+        for (std::size_t i = 0; i < 4; ++i) {
+            quat[i] = static_cast<double>(strokes.quats[4 * row + i]);
+            largest = std::max(largest, std::abs(quat[i]));
+        }
+        for (double& value : quat) value /= largest, squares += value * value;
+        for (std::size_t i = 0; i < 4; ++i)
+            strokes.quats[4 * row + i] = static_cast<float>(quat[i] / std::sqrt(squares));
+    }
+}
+
+}  // namespace
+
+BRUSHGS_EXPORT(allocate) void* allocate(std::size_t size) { return std::malloc(size); }
+BRUSHGS_EXPORT(release) void release(void* memory) { std::free(memory); }
+
+// Reads a scene; false if it is refused, see `fault`.
+BRUSHGS_EXPORT(read) bool read(const char* bytes, std::size_t size, bool is_named_splat) {
+    scene = {};
+    strokes = {};
+    scene = brushgs::read_scene_rows({bytes, size}, is_named_splat);
+    if (!scene.fault.empty()) return false;
+    extent = brushgs::robust_extent(scene.means.data(), scene.count);
+    return true;
+}
+
+BRUSHGS_EXPORT(fault) const char* fault() { return scene.fault.c_str(); }
+BRUSHGS_EXPORT(fault_size) std::size_t fault_size() { return scene.fault.size(); }
+BRUSHGS_EXPORT(num_gaussians) std::size_t num_gaussians() { return scene.count; }
+BRUSHGS_EXPORT(num_dropped) std::size_t num_dropped() { return scene.num_dropped; }
+BRUSHGS_EXPORT(is_antialiased) bool is_antialiased() { return scene.is_antialiased; }
+BRUSHGS_EXPORT(scene_extent) const double* scene_extent() { return extent.center; }  // and the radius after it
+
+// Makes the strokes of the scene that was read, arranged for the page.
+BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* draws) {
+    strokes = {};
+    strokes =
+        brushgs::strokes_of_scene({scene.means.data(), scene.quats.data(), scene.scales.data(), scene.opacities.data(),
+                                   scene.sh.data(), scene.count, scene.sh_terms, scene.is_antialiased},
+                                  num_strokes, draws, tell_page);
+    arrange();
+}
+
+BRUSHGS_EXPORT(num_strokes) std::size_t num_strokes() { return strokes.count; }
+BRUSHGS_EXPORT(sh_terms) std::size_t sh_terms() { return strokes.sh_terms; }
+BRUSHGS_EXPORT(means) const float* means() { return strokes.means.data(); }
+BRUSHGS_EXPORT(quats) const float* quats() { return strokes.quats.data(); }
+BRUSHGS_EXPORT(scales) const float* scales() { return strokes.scales.data(); }
+BRUSHGS_EXPORT(opacities) const float* opacities() { return strokes.opacities.data(); }
+BRUSHGS_EXPORT(sh) const float* sh() { return strokes.sh.data(); }

@@ -1,0 +1,209 @@
+// A page that paints: takes a scene file, has a worker make strokes of it, and shows them. See drop_worker.js.
+
+const UPS = ["-y", "+y", "-z", "+z", "-x", "+x"]; // -y: as most trainers have it
+const FIRST_ELEVATION = (10 / 180) * Math.PI; // of the first view above the horizon
+const LEAST_STROKES = 100, MOST_STROKES = 20000;
+
+/** The worker; one task at a time, and a fresh worker after one that was stopped or failed. */
+class Maker {
+  /** @param {Uint8Array} module @param {function(number)} onShare told of progress, 0 to 1 */
+  constructor(module, onShare) {
+    this._module = module;
+    this._onShare = onShare;
+    this._worker = null;
+  }
+
+  /** Whether the worker holds what it read. */
+  get isAlive() {
+    return this._worker !== null;
+  }
+
+  /** A promise of the result of a task. Throws a sentence where it is refused, and null where it was stopped. */
+  async run(task, given) {
+    if (!this._worker) {
+      const source = URL.createObjectURL(new Blob([WORKER], { type: "text/javascript" }));
+      this._worker = new Worker(source);
+      URL.revokeObjectURL(source);
+      await this._ask("open", { module: this._module });
+    }
+    return this._ask(task, given);
+  }
+
+  _ask(task, given) {
+    return new Promise((resolve, reject) => {
+      this._reject = reject;
+      this._worker.onerror = (event) => this._end(event.message);
+      this._worker.onmessage = ({ data: { share, result, isBroken } }) => {
+        if (share !== undefined) this._onShare(share);
+        else if (isBroken) this._end(result.fault);
+        else if (result.fault) reject(new Error(result.fault));
+        else resolve(result);
+      };
+      this._worker.postMessage({ task, ...given });
+    });
+  }
+
+  /** Stop what is going on. */
+  stop() {
+    this._end(null);
+  }
+
+  _end(fault) {
+    this._worker?.terminate();
+    this._worker = null;
+    this._reject?.(fault === null ? null : new Error(fault));
+  }
+}
+
+/** What lies over the page until a scene is there, and its fields afterwards. */
+class Dropping {
+  constructor(app) {
+    this.app = app;
+    this._blank = app.contents; // brushes, ground and module, without a scene
+    this._maker = new Maker(this._blank.arrays.module, (share) => { this._progress.value = share; });
+    this._file = this._scene = this._strokes = null;
+    this._task = 0; // counts scenes and changes, so that one that is out of date is not shown
+    const byId = (id) => document.getElementById(id);
+    [this._zone, this._progress, this._cancel, this._state] = ["drop", "dropShare", "dropCancel", "dropState"].map(byId);
+    [this._count, this._countText, this._up] = ["dropCount", "dropCountText", "dropUp"].map(byId);
+    this._up.replaceChildren(...UPS.map((up) => new Option(up)));
+    Object.assign(this._count, { min: Math.log(LEAST_STROKES), max: Math.log(MOST_STROKES), step: "any" });
+    this._count.value = Math.log(this._blank.header.painter.strokes);
+    this._showCount();
+    this._listen();
+    app.controls.setTurning(false);
+    this._zone.hidden = false;
+  }
+
+  /** The number of strokes that is asked for. */
+  get strokes() {
+    const count = Math.exp(this._count.value);
+    const unit = 10 ** Math.floor(Math.log10(count) - 1);
+    return Math.round(count / unit) * unit;
+  }
+
+  /** Read a file and paint it. Never throws: what goes wrong is said in the page. */
+  async open(file) {
+    const most = this._blank.header.painter.mostBytes;
+    if (file.size > most) {
+      const megabytes = Math.ceil(file.size / 1e6);
+      this._say(`${file.name}: has ${megabytes} MB, and this page reads at most ${most / 1e6}; `
+        + "paint it with brushgs render");
+      return;
+    }
+    await this._work(`Reading ${file.name} …`, file.name, async () => {
+      const scene = await this._maker.run("read", { file });
+      Object.assign(this, { _file: file, _scene: scene });
+      await this._paint();
+    });
+  }
+
+  async _paint() {
+    const { draws } = this._blank.header.painter;
+    if (!this._maker.isAlive) await this._maker.run("read", { file: this._file });
+    this._say(`Painting ${this._file.name}: ${this._scene.count.toLocaleString("en")} Gaussians …`, true);
+    this._strokes = await this._maker.run("paint", { strokes: this.strokes, draws });
+    this._show();
+    const { dropped } = this._scene;
+    if (dropped) this.app.panel.say(`${dropped.toLocaleString("en")} rows that cannot be drawn were left out.`);
+  }
+
+  /** Make strokes anew, after the count was changed. */
+  async _again() {
+    if (this._scene) await this._work("", this._file.name, () => this._paint());
+  }
+
+  /** Do something while the bar shows that it is going on. */
+  async _work(words, name, task) {
+    const number = ++this._task;
+    this._maker.stop();
+    this._say(words, true);
+    try {
+      await task();
+      if (number === this._task) this._zone.hidden = true;
+    } catch (error) {
+      if (number === this._task) this._say(error ? `${name}: ${error.message}` : "");
+    }
+    if (number === this._task) this._progress.hidden = this._cancel.hidden = true;
+  }
+
+  _show() {
+    this.app.replace(this._contents());
+    document.getElementById("dropFields").hidden = false;
+  }
+
+  /** The contents of a page with the strokes: those of the blank one, with other columns and another view. */
+  _contents() {
+    const { header, arrays } = this._blank;
+    const { columns, count, shDegree } = this._strokes;
+    const names = Object.fromEntries(Object.keys(columns).map((name) => [name, `scene.${name}`]));
+    const own = Object.fromEntries(Object.entries(columns).map(([name, values]) => [names[name], values]));
+    const { antialiased } = this._scene;
+    const coat = { ...header.coats[0], count, shDegree, antialiased, arrays: names };
+    const title = this._file.name.replace(/\.[^.]*$/, "");
+    const view = firstView(header, this._scene, upOf(this._up.value));
+    const command = { scene: this._file.name, options: ["--look", "plain", "--strokes", String(this.strokes)] };
+    return { header: { ...header, ...view, title, command, coats: [coat] }, arrays: { ...arrays, ...own } };
+  }
+
+  /** Say how it goes, or what went wrong; "" says what to do. */
+  _say(text, isWorking = false) {
+    this._state.textContent = text || (this._scene ? "" : "Nothing leaves your computer.");
+    this._progress.hidden = this._cancel.hidden = !isWorking;
+    this._progress.removeAttribute("value");
+    this._zone.hidden = false;
+  }
+
+  _showCount() {
+    this._countText.textContent = this.strokes.toLocaleString("en");
+  }
+
+  _listen() {
+    const input = document.getElementById("dropFile");
+    const choose = () => input.click();
+    document.getElementById("dropChoose").addEventListener("click", choose);
+    document.getElementById("dropOther").addEventListener("click", choose);
+    input.addEventListener("change", () => {
+      if (input.files.length) this.open(input.files[0]);
+      input.value = ""; // so that the same file can be chosen again
+    });
+    this._cancel.addEventListener("click", () => {
+      this._maker.stop();
+      if (this._scene) this._zone.hidden = true;
+    });
+    window.addEventListener("dragover", (event) => event.preventDefault());
+    window.addEventListener("drop", (event) => {
+      event.preventDefault();
+      if (event.dataTransfer.files.length) this.open(event.dataTransfer.files[0]);
+    });
+    this._count.addEventListener("input", () => this._showCount());
+    this._count.addEventListener("change", () => this._again());
+    this._up.addEventListener("change", () => this._strokes && this._show());
+  }
+}
+
+/** The unit vector of an axis, such as "-y". */
+function upOf(axis) {
+  return ["x", "y", "z"].map((name) => (axis[1] === name ? (axis[0] === "-" ? -1 : 1) : 0));
+}
+
+/** The keys of a header that say where a scene is seen from: level, from its front, as a whole. */
+function firstView({ camera, painter }, { center, radius }, up) {
+  const axes = orbitAxes(horizonOf(up), 0, FIRST_ELEVATION, 0, new Float64Array(9));
+  const distance = painter.distance * radius;
+  const viewmat = [0, 1, 2].flatMap((row) => {
+    const axis = axes.subarray(3 * row, 3 * row + 3);
+    return [...axis, (row === 2 ? distance : 0) - dot3(axis, center)];
+  });
+  return {
+    camera: { ...camera, viewmat: [...viewmat, 0, 0, 0, 1], near: SHARED.NEAR_SHARE * distance },
+    origin: center, center, up, radius, subject: null, isInside: false,
+  };
+}
+
+// The app is made by a later script, and begins when the page was read.
+document.addEventListener("DOMContentLoaded", () => setTimeout(async () => {
+  const app = window.brushgs;
+  await app.ready;
+  if (app.panel) app.dropping = new Dropping(app); // else it has said why
+}));

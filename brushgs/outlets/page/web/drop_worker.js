@@ -1,0 +1,59 @@
+// The worker of a painter page: moves bytes between the page and the module, which reads scenes and makes strokes.
+
+const COLUMNS = { means: 3, quats: 4, scales: 3, opacities: 1 }; // numbers a stroke; and sh
+const NO_MEMORY = "the memory that the browser gives a page does not suffice for it; paint it with brushgs render";
+let core = null; // the exports of the module
+
+const work = {
+  /** Make the module ready. */
+  async open({ module }) {
+    const nothing = new Proxy({}, { get: () => () => 0 }); // the C library could print, and does not
+    const page = { tell: (share) => postMessage({ share }) };
+    const { instance } = await WebAssembly.instantiate(module, { page, wasi_snapshot_preview1: nothing });
+    core = instance.exports;
+    core._initialize();
+    return {};
+  },
+
+  /** Read a file; its facts, or `fault`, why it is refused. */
+  async read({ file }) {
+    const bytes = new Uint8Array(await file.arrayBuffer());
+    const place = core.allocate(bytes.length);
+    if (!place) return { fault: NO_MEMORY };
+    new Uint8Array(core.memory.buffer).set(bytes, place);
+    const isRead = core.read(place, bytes.length, /\.splat$/i.test(file.name));
+    core.release(place);
+    if (!isRead) {
+      const text = new Uint8Array(core.memory.buffer, core.fault(), core.fault_size());
+      return { fault: new TextDecoder().decode(text) };
+    }
+    const [x, y, z, radius] = new Float64Array(core.memory.buffer, core.scene_extent(), 4);
+    const [count, dropped] = [core.num_gaussians(), core.num_dropped()];
+    return { count, dropped, antialiased: Boolean(core.is_antialiased()), center: [x, y, z], radius };
+  },
+
+  /** Make so many strokes: columns by name. */
+  paint({ strokes, draws }) {
+    const place = core.allocate(8 * draws.length);
+    new Float64Array(core.memory.buffer, place, draws.length).set(draws);
+    core.paint(strokes, place);
+    core.release(place);
+    const widths = { ...COLUMNS, sh: 3 * core.sh_terms() };
+    const columns = {};
+    for (const [name, width] of Object.entries(widths)) {
+      columns[name] = new Float32Array(core.memory.buffer, core[name](), width * core.num_strokes()).slice();
+    }
+    return { columns, count: core.num_strokes(), shDegree: Math.sqrt(core.sh_terms()) - 1 };
+  },
+};
+
+onmessage = async ({ data: { task, ...given } }) => {
+  try {
+    postMessage({ result: await work[task](given) });
+  } catch (error) {
+    // The module stops where memory runs out; a browser that cannot hold a file throws.
+    const isMemory = error instanceof WebAssembly.RuntimeError || error instanceof RangeError
+      || error.name === "NotReadableError";
+    postMessage({ result: { fault: isMemory ? NO_MEMORY : String(error) }, isBroken: true });
+  }
+};

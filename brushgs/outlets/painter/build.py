@@ -1,0 +1,91 @@
+"""The core as WebAssembly, for a page: compiled once by the Clang of the package ziglang, and kept on disk.
+
+One thread and 128-bit vectors: pages opened from a file have no shared memory. The flags for numbers are
+those of the native build, so kernels give the same bits.
+"""
+
+import hashlib
+import os
+import subprocess
+import sys
+from importlib import resources
+from importlib.util import find_spec
+from pathlib import Path
+
+from brushgs.formats.files import replacing
+
+SOURCES = (
+    "wasm/painter.cpp",
+    *(
+        f"src/{name}.cpp"
+        for name in (
+            *("scene_rows", "scene_strokes", "lloyd", "nearest", "reassign", "groups"),
+            *("moments", "coverage", "light_along", "key_order"),
+        )
+    ),
+)
+FLAGS = (
+    *("-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c++20", "-O3", "-msimd128", "-s"),
+    *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),  # BRUSHGS_FLAGS of CMakeLists.txt
+    *("-fno-exceptions", "-fno-rtti", "-DBRUSHGS_ALONE"),
+)
+LACKING = (
+    "painter: the page is compiled by the package ziglang, which is missing; pip install 'brushgs[browser]'"
+)
+
+
+def painter_module() -> bytes:
+    """The module of `core/wasm/painter.cpp`: from the cache, or compiled now, which takes some 20 seconds.
+
+    The first time on a machine, Clang compiles the C++ library as well, which takes another minute.
+
+    Raises:
+        ValueError: if ziglang is missing or does not compile the sources.
+        SceneError: if the cache cannot be written.
+    """
+    folder, kept = _folder(), kept_module()
+    if kept.is_file():
+        return kept.read_bytes()
+    if find_spec("ziglang") is None:
+        raise ValueError(LACKING)
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    with replacing(kept) as temporary:
+        _compile(folder, temporary, kept.parent / "ziglang")
+    return kept.read_bytes()
+
+
+def kept_module() -> Path:
+    """Where the module of these sources is kept; the file may not be there."""
+    from platformdirs import user_cache_path
+
+    return user_cache_path("brushgs", appauthor=False) / "browser" / f"{_digest(_folder())}.wasm"
+
+
+def _folder() -> Path:
+    return Path(str(resources.files("brushgs.core")))
+
+
+def _compile(folder: Path, output: Path, cache: Path) -> None:
+    sources = [str(folder / name) for name in SOURCES]
+    command = [sys.executable, "-m", "ziglang", "c++", *FLAGS, "-I", str(folder / "include"), *sources]
+    cached = {"ZIG_GLOBAL_CACHE_DIR": str(cache), "ZIG_LOCAL_CACHE_DIR": str(cache)}
+    done = subprocess.run(
+        [*command, "-o", str(output)],
+        env={**cached, **os.environ},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if done.returncode:
+        told = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[-200:])
+        raise ValueError(f"painter: ziglang did not compile the core: {told}")
+
+
+def _digest(folder: Path) -> str:
+    """Of all that the module is made of: sources, headers and flags; one ziglang gives one module for it."""
+    digest = hashlib.sha256("\n".join(FLAGS).encode())
+    for path in sorted(
+        [*(folder / name for name in SOURCES), *(folder / "include" / "brushgs").glob("*.hpp")]
+    ):
+        digest.update(path.name.encode() + b"\0" + path.read_bytes())
+    return digest.hexdigest()[:32]

@@ -1,0 +1,90 @@
+"""`brushgs painter`: write a page that paints scene files dropped on it.
+
+The page is that of `brushgs export` with a module in place of strokes. What its worker makes of a scene is
+`bg.cluster(bg.load(scene), strokes)`, shown as by `bg.save(strokes, "page.html", texture="flat",
+underpaint=True)` on toned linen.
+"""
+
+from pathlib import Path
+
+import numpy as np
+
+from brushgs.brushes.brush_set import BrushSet
+from brushgs.cameras.framing import DEFAULT_FOV_Y
+from brushgs.formats.files import replacing
+from brushgs.options.page import PAGE_SUFFIXES
+from brushgs.outlets.page.container import write_container
+from brushgs.outlets.page.contents import PageContents, page_contents
+from brushgs.outlets.page.html import page_html
+from brushgs.outlets.page.view import PageView
+from brushgs.outlets.painter.build import painter_module
+from brushgs.passes.finest import DISTANCE
+from brushgs.pipeline.outputs import check_output
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.surface import linen
+from brushgs.values.camera import Camera
+from brushgs.values.gaussians import Gaussians
+
+BRUSHES = ("flat", "filbert", "dab", "dry_brush", "palette_knife", "impasto", "fan", "swirl")
+GROUND = (0.66, 0.61, 0.53)  # toned linen, RGB: neither the light nor the dark of a scene is lost on it
+STROKES = 6000  # as many as a look of oil lays
+MOST_BYTES = (
+    300_000_000  # of a scene file: with its columns it takes a gigabyte, as much as a phone gives a page
+)
+TITLE = "brushgs painter"
+WIDTH, HEIGHT = 1280, 720
+NUM_DRAWS = 64  # random numbers of k-means: it takes 40 at most
+
+
+def write_painter(output: str | Path) -> int:
+    """Write the page; the file appears when it is complete.
+
+    Args:
+        output: .html file.
+
+    Returns:
+        Its bytes.
+
+    Raises:
+        SceneError: if the file cannot be written.
+        ValueError: if the name has another suffix, or the module cannot be compiled.
+    """
+    output = Path(output)
+    check_output(output, PAGE_SUFFIXES)
+    text = page_html(write_container(painter_contents(painter_module())), title=TITLE, drop=True)
+    with replacing(output) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+    return output.stat().st_size
+
+
+def painter_contents(module: bytes) -> PageContents:
+    """Brushes, ground and module; the strokes are specks, one for each brush, until a scene is dropped."""
+    brushes = BrushSet.open(",".join(BRUSHES))
+    specks = _specks(len(brushes))
+    options = RenderOptions.of(brushes, underpaint=True, low_pass=0.3)
+    surface = linen(np.array(GROUND), height=HEIGHT, width=WIDTH)
+    painting = Painting((Coat("strokes", specks, brushes, options),), surface=surface)
+    camera = Camera.look_at(
+        (0, 0, -DISTANCE), (0, 0, 0), up=(0, -1, 0), width=WIDTH, height=HEIGHT, fov_y=DEFAULT_FOV_Y
+    )
+    view = PageView(np.array([0.0, -1.0, 0.0]), np.zeros(3), 1.0, False)
+    contents = page_contents(painting, camera, view=view, title=TITLE, command=("scene.ply", []))
+    painter = {
+        "draws": np.random.default_rng(0).random(NUM_DRAWS).tolist(),
+        "distance": DISTANCE,
+        "strokes": STROKES,
+        "mostBytes": MOST_BYTES,
+    }
+    arrays = {**contents.arrays, "module": np.frombuffer(module, np.uint8)}
+    return PageContents({**contents.header, "painter": painter}, arrays, contents.rows, contents.omitted)
+
+
+def _specks(count: int) -> Gaussians:
+    means = np.zeros((count, 3), np.float32)
+    quats = np.tile(np.array([1, 0, 0, 0], np.float32), (count, 1))
+    scales = np.full((count, 3), 1e-6, np.float32)
+    opacities = np.ones(count, np.float32)
+    sh = np.zeros((count, 1, 3), np.float32)
+    return Gaussians(means, quats, scales, opacities, sh, brushes=np.arange(count, dtype=np.uint8))
