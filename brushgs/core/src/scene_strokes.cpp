@@ -342,6 +342,25 @@ Extent robust_extent(const float* means, std::size_t count) {
     return extent;
 }
 
+Reach reach_in(const PictureView& view, const float* means, std::size_t count) {
+    constexpr double within = 0.98;
+    Doubles across, down;
+    for (std::size_t i = 0; i < count; ++i) {
+        double seen[3];
+        for (std::size_t row = 0; row < 3; ++row) {
+            const double* m = view.viewmat + 4 * row;
+            seen[row] = m[3];
+            for (std::size_t k = 0; k < 3; ++k) seen[row] += m[k] * static_cast<double>(means[3 * i + k]);
+        }
+        if (seen[2] <= view.near) continue;
+        across.push_back(std::abs(view.fx * seen[0] / seen[2]));
+        down.push_back(std::abs(view.fy * seen[1] / seen[2]));
+    }
+    if (across.empty() || 2 * across.size() < count) return {};
+    return {std::max(std::min(percentile(across, within), view.width / 2), 1.0),
+            std::max(std::min(percentile(down, within), view.height / 2), 1.0)};
+}
+
 SceneStrokes strokes_of_scene(const SceneGaussians& scene, std::size_t num_strokes, const double* draws,
                               void (*tell)(double share)) {
     const std::size_t width = 3 * scene.sh_terms;

@@ -91,6 +91,15 @@ BRUSHGS_EXPORT(num_dropped) std::size_t num_dropped() { return scene.num_dropped
 BRUSHGS_EXPORT(is_antialiased) bool is_antialiased() { return scene.is_antialiased; }
 BRUSHGS_EXPORT(scene_extent) const double* scene_extent() { return extent.center; }  // and the radius after it
 
+// Of a view (the numbers of `PictureView`): its first two become how far the scene reaches, zeros if that is not known.
+BRUSHGS_EXPORT(reach) void reach(double* view) {
+    brushgs::PictureView seen;
+    std::copy_n(view, 12, seen.viewmat);
+    seen.fx = view[12], seen.fy = view[13], seen.width = view[14], seen.height = view[15], seen.near = view[16];
+    const brushgs::Reach found = brushgs::reach_in(seen, scene.means.data(), scene.count);
+    view[0] = found.across, view[1] = found.down;
+}
+
 // Makes the strokes of the scene that was read, arranged for the page.
 BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* draws) {
     strokes = {};

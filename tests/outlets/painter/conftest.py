@@ -23,9 +23,10 @@ def painter_file(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def painter(open_shared_page, painter_file):
-    """A tab with the page, ready for a scene."""
+    """A tab with the page, ready for a scene; it draws only where a test asks for a picture."""
     page = open_shared_page(painter_file)
     wait_until(page, "!!window.brushgs.dropping")
+    page.evaluate("window.brushgs.isPaused = true")
     return page
 
 

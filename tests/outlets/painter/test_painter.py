@@ -1,5 +1,6 @@
 """What the page makes of a scene is what `brushgs.cluster` makes of it; both refuse the same files."""
 
+import base64
 import warnings
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 import brushgs as bg
 from brushgs import cli
 from brushgs.errors import SceneError
+from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.page.contents import coarse_to_fine
 from brushgs.outlets.painter import build
 from brushgs.outlets.painter.page import BRUSHES
@@ -18,9 +20,11 @@ from tests.outlets.painter.conftest import wait_until
 from tests.scenes import still_life_of
 
 NUM_STROKES = 300
-DONE = "document.getElementById('dropCancel').hidden"
+DONE = "!window.brushgs.dropping.isBusy"
 STATE = "document.getElementById('dropState').textContent"
 COLUMNS_OF_STROKES = ("means", "quats", "scales", "opacities", "sh")
+PICTURE = """window.brushgs.picture().then((blob) => blob.arrayBuffer())
+    .then((bytes) => btoa(Array.from(new Uint8Array(bytes), (byte) => String.fromCharCode(byte)).join("")))"""
 
 
 def dropped(page, path):
@@ -73,6 +77,10 @@ def test_the_page_offers_its_brushes_and_shows_the_name_of_the_scene(painter, tm
     assert tuple(options[1:]) == BRUSHES
     assert "quince" in painter.evaluate("document.getElementById('painting').getAttribute('aria-label')")
     assert painter.evaluate("document.getElementById('drop').hidden")
+    (tmp_path / "page.png").write_bytes(base64.b64decode(painter.evaluate(PICTURE)))
+    picture = read_image(tmp_path / "page.png")[..., :3]
+    middle = picture[60:-60, 80:-80]  # of linen alone all of it deviates by 0.02
+    assert middle.std(axis=(0, 1)).max() > 0.05
 
 
 def test_up_turns_the_first_view(painter, tmp_path):
@@ -83,6 +91,34 @@ def test_up_turns_the_first_view(painter, tmp_path):
     down = painter.evaluate("window.brushgs.contents.header.camera.viewmat")[4:7]
     assert down[2] < -0.9
     painter.select_option("#dropUp", "-y")
+
+
+def test_after_a_refusal_the_scene_before_can_be_painted_anew(painter, tmp_path):
+    bg.save(still_life_of(1000), tmp_path / "quince.ply")
+    dropped(painter, tmp_path / "quince.ply")
+    (tmp_path / "odd.ply").write_bytes(b"no scene at all")
+    dropped(painter, tmp_path / "odd.ply")
+    assert painter.evaluate(STATE).startswith("odd.ply: is neither a PLY nor a .splat")
+    painter.evaluate("document.getElementById('dropCancel').click()")
+    assert painter.evaluate("document.getElementById('drop').hidden")
+    ask_for(painter, 200)
+    painter.dispatch_event("#dropCount", "change")
+    wait_until(painter, DONE)
+    assert 180 <= len(strokes_in(painter)["means"]) <= 200
+
+
+def test_what_goes_on_can_be_cancelled(painter, tmp_path):
+    bg.save(still_life_of(1000), tmp_path / "quince.ply")
+    dropped(painter, tmp_path / "quince.ply")
+    before = len(strokes_in(painter)["means"])
+    ask_for(painter, 900)
+    painter.evaluate("""() => {
+      document.getElementById('dropCount').dispatchEvent(new Event('change'));
+      document.getElementById('dropCancel').click();
+    }""")
+    wait_until(painter, DONE)
+    assert painter.evaluate("document.getElementById('drop').hidden")
+    assert len(strokes_in(painter)["means"]) == before
 
 
 def ply(*lines, rows=b""):

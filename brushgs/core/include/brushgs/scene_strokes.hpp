@@ -27,6 +27,19 @@ struct Extent {
 };
 Extent robust_extent(const float* means, std::size_t count);
 
+// How far nearly all points are from the middle of a picture, to the sides and up and down, pixels: `reach_in` of
+// brushgs/outlets/page/view.py. Zeros if it holds but few of them.
+struct PictureView {
+    double viewmat[12];  // camera from world, the first three rows of [4, 4]
+    double fx, fy;       // pixels
+    double width, height;
+    double near;
+};
+struct Reach {
+    double across = 0, down = 0;
+};
+Reach reach_in(const PictureView& view, const float* means, std::size_t count);
+
 struct SceneStrokes {
     std::vector<float> means, quats, scales, opacities, sh;  // as in SceneGaussians
     std::size_t count = 0;

@@ -10,7 +10,7 @@ class Maker {
   constructor(module, onShare) {
     this._module = module;
     this._onShare = onShare;
-    this._worker = null;
+    this._worker = this._number = null;
   }
 
   /** Whether the worker holds what it read. */
@@ -18,8 +18,14 @@ class Maker {
     return this._worker !== null;
   }
 
+  /** From now on only tasks of this number run. */
+  begin(number) {
+    this._number = number;
+  }
+
   /** A promise of the result of a task. Throws a sentence where it is refused, and null where it was stopped. */
-  async run(task, given) {
+  async run(number, task, given) {
+    if (number !== this._number) throw null;
     if (!this._worker) {
       const source = URL.createObjectURL(new Blob([WORKER], { type: "text/javascript" }));
       this._worker = new Worker(source);
@@ -45,6 +51,7 @@ class Maker {
 
   /** Stop what is going on. */
   stop() {
+    this._number = null;
     this._end(null);
   }
 
@@ -62,6 +69,7 @@ class Dropping {
     this._blank = app.contents; // brushes, ground and module, without a scene
     this._maker = new Maker(this._blank.arrays.module, (share) => { this._progress.value = share; });
     this._file = this._scene = this._strokes = null;
+    this.isBusy = false; // whether a scene is being read or painted
     this._task = 0; // counts scenes and changes, so that one that is out of date is not shown
     const byId = (id) => document.getElementById(id);
     [this._zone, this._progress, this._cancel, this._state] = ["drop", "dropShare", "dropCancel", "dropState"].map(byId);
@@ -91,49 +99,73 @@ class Dropping {
         + "paint it with brushgs render");
       return;
     }
-    await this._work(`Reading ${file.name} …`, file.name, async () => {
-      const scene = await this._maker.run("read", { file });
+    await this._work(`Reading ${file.name} …`, file.name, async (run) => {
+      let scene;
+      try {
+        scene = await run("read", { file });
+      } catch (error) {
+        if (error) this._maker.stop(); // the module has let go of the scene before, which is read again when needed
+        throw error;
+      }
       Object.assign(this, { _file: file, _scene: scene });
-      await this._paint();
+      await this._paint(run);
     });
   }
 
-  async _paint() {
+  async _paint(run) {
     const { draws } = this._blank.header.painter;
-    if (!this._maker.isAlive) await this._maker.run("read", { file: this._file });
+    await this._remember(run);
     this._say(`Painting ${this._file.name}: ${this._scene.count.toLocaleString("en")} Gaussians …`, true);
-    this._strokes = await this._maker.run("paint", { strokes: this.strokes, draws });
-    this._show();
+    this._strokes = await run("paint", { strokes: this.strokes, draws });
+    await this._show(run);
     const { dropped } = this._scene;
     if (dropped) this.app.panel.say(`${dropped.toLocaleString("en")} rows that cannot be drawn were left out.`);
   }
 
   /** Make strokes anew, after the count was changed. */
   async _again() {
-    if (this._scene) await this._work("", this._file.name, () => this._paint());
+    if (this._scene) await this._work("", this._file.name, (run) => this._paint(run));
   }
 
-  /** Do something while the bar shows that it is going on. */
+  /** Show the same strokes with another axis up. */
+  async _turnUp() {
+    if (this._strokes) await this._work("", this._file.name, (run) => this._show(run));
+  }
+
+  /** Do something while the bar shows that it is going on; `task` gets the function that asks the worker. */
   async _work(words, name, task) {
     const number = ++this._task;
-    this._maker.stop();
+    if (this.isBusy) this._maker.stop();
+    this._maker.begin(number);
+    this.isBusy = true;
     this._say(words, true);
     try {
-      await task();
+      await task((name, given) => this._maker.run(number, name, given));
       if (number === this._task) this._zone.hidden = true;
     } catch (error) {
       if (number === this._task) this._say(error ? `${name}: ${error.message}` : "");
+      if (number === this._task && !error && this._strokes) this._zone.hidden = true; // cancelled
     }
-    if (number === this._task) this._progress.hidden = this._cancel.hidden = true;
+    if (number !== this._task) return;
+    this.isBusy = false;
+    this._progress.hidden = true;
   }
 
-  _show() {
-    this.app.replace(this._contents());
+  /** Read the scene again where the worker that held it was stopped. */
+  async _remember(run) {
+    if (!this._maker.isAlive) await run("read", { file: this._file });
+  }
+
+  async _show(run) {
+    const view = firstView(this._blank.header, this._scene, upOf(this._up.value));
+    await this._remember(run);
+    Object.assign(view, await run("reach", { camera: view.camera }));
+    this.app.replace(this._contents(view));
     document.getElementById("dropFields").hidden = false;
   }
 
   /** The contents of a page with the strokes: those of the blank one, with other columns and another view. */
-  _contents() {
+  _contents(view) {
     const { header, arrays } = this._blank;
     const { columns, count, shDegree } = this._strokes;
     const names = Object.fromEntries(Object.keys(columns).map((name) => [name, `scene.${name}`]));
@@ -141,7 +173,6 @@ class Dropping {
     const { antialiased } = this._scene;
     const coat = { ...header.coats[0], count, shDegree, antialiased, arrays: names };
     const title = this._file.name.replace(/\.[^.]*$/, "");
-    const view = firstView(header, this._scene, upOf(this._up.value));
     const command = { scene: this._file.name, options: ["--look", "plain", "--strokes", String(this.strokes)] };
     return { header: { ...header, ...view, title, command, coats: [coat] }, arrays: { ...arrays, ...own } };
   }
@@ -149,7 +180,8 @@ class Dropping {
   /** Say how it goes, or what went wrong; "" says what to do. */
   _say(text, isWorking = false) {
     this._state.textContent = text || (this._scene ? "" : "Nothing leaves your computer.");
-    this._progress.hidden = this._cancel.hidden = !isWorking;
+    this._progress.hidden = !isWorking;
+    this._cancel.hidden = !isWorking && !this._strokes; // a painting can be gone back to
     this._progress.removeAttribute("value");
     this._zone.hidden = false;
   }
@@ -169,7 +201,7 @@ class Dropping {
     });
     this._cancel.addEventListener("click", () => {
       this._maker.stop();
-      if (this._scene) this._zone.hidden = true;
+      this._zone.hidden = Boolean(this._strokes);
     });
     window.addEventListener("dragover", (event) => event.preventDefault());
     window.addEventListener("drop", (event) => {
@@ -178,7 +210,7 @@ class Dropping {
     });
     this._count.addEventListener("input", () => this._showCount());
     this._count.addEventListener("change", () => this._again());
-    this._up.addEventListener("change", () => this._strokes && this._show());
+    this._up.addEventListener("change", () => this._turnUp());
   }
 }
 
@@ -197,7 +229,7 @@ function firstView({ camera, painter }, { center, radius }, up) {
   });
   return {
     camera: { ...camera, viewmat: [...viewmat, 0, 0, 0, 1], near: SHARED.NEAR_SHARE * distance },
-    origin: center, center, up, radius, subject: null, isInside: false,
+    origin: center, center, up, radius, isInside: false,
   };
 }
 

@@ -32,12 +32,20 @@ const work = {
     return { count, dropped, antialiased: Boolean(core.is_antialiased()), center: [x, y, z], radius };
   },
 
+  /** How far the scene reaches from the middle of a picture, pixels: [across, down], or null where it holds but few. */
+  reach({ camera }) {
+    const { viewmat, K, width, height, near } = camera;
+    const numbers = [...viewmat.slice(0, 12), K[0], K[4], width, height, near];
+    const found = withNumbers(numbers, (place) => {
+      core.reach(place);
+      return [...new Float64Array(core.memory.buffer, place, 2)];
+    });
+    return { subject: found[0] > 0 ? found : null };
+  },
+
   /** Make so many strokes: columns by name. */
   paint({ strokes, draws }) {
-    const place = core.allocate(8 * draws.length);
-    new Float64Array(core.memory.buffer, place, draws.length).set(draws);
-    core.paint(strokes, place);
-    core.release(place);
+    withNumbers(draws, (place) => core.paint(strokes, place));
     const widths = { ...COLUMNS, sh: 3 * core.sh_terms() };
     const columns = {};
     for (const [name, width] of Object.entries(widths)) {
@@ -46,6 +54,15 @@ const work = {
     return { columns, count: core.num_strokes(), shDegree: Math.sqrt(core.sh_terms()) - 1 };
   },
 };
+
+/** What a function makes of the place of numbers in the memory of the module. */
+function withNumbers(numbers, use) {
+  const place = core.allocate(8 * numbers.length);
+  new Float64Array(core.memory.buffer, place, numbers.length).set(numbers);
+  const result = use(place);
+  core.release(place);
+  return result;
+}
 
 onmessage = async ({ data: { task, ...given } }) => {
   try {
