@@ -80,7 +80,7 @@ BRUSHGS_EXPORT(read) bool read(const char* bytes, std::size_t size, bool is_name
     strokes = {};
     scene = brushgs::read_scene_rows({bytes, size}, is_named_splat);
     if (!scene.fault.empty()) return false;
-    extent = brushgs::robust_extent(scene.means.data(), scene.count);
+    extent = brushgs::robust_extent(scene.means.data(), scene.count, 1);
     return true;
 }
 
@@ -100,13 +100,14 @@ BRUSHGS_EXPORT(reach) void reach(double* view) {
     view[0] = found.across, view[1] = found.down;
 }
 
-// Makes the strokes of the scene that was read, arranged for the page.
-BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* draws) {
+// Makes the strokes of the scene that was read, arranged for the page. The numbers are those of `StrokeOptions` from
+// `finest` on, and the draws.
+BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* numbers) {
     strokes = {};
-    strokes =
-        brushgs::strokes_of_scene({scene.means.data(), scene.quats.data(), scene.scales.data(), scene.opacities.data(),
-                                   scene.sh.data(), scene.count, scene.sh_terms, scene.is_antialiased},
-                                  num_strokes, draws, tell_page);
+    strokes = brushgs::strokes_of_scene(
+        {scene.means.data(), scene.quats.data(), scene.scales.data(), scene.opacities.data(), scene.sh.data(),
+         scene.count, scene.sh_terms, scene.is_antialiased},
+        extent, {num_strokes, numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers + 5}, tell_page);
     arrange();
 }
 

@@ -19,8 +19,8 @@ SOURCES = (
     *(
         f"src/{name}.cpp"
         for name in (
-            *("scene_rows", "scene_strokes", "lloyd", "nearest", "reassign", "groups"),
-            *("moments", "coverage", "light_along", "key_order"),
+            *("scene_rows", "scene_strokes", "extent", "visible_shares", "light_along", "features"),
+            *("lloyd", "nearest", "reassign", "merge", "gaps", "coverage", "moments", "groups", "key_order"),
         )
     ),
 )

@@ -18,7 +18,10 @@ from brushgs.outlets.page.contents import PageContents, page_contents
 from brushgs.outlets.page.html import page_html
 from brushgs.outlets.page.view import PageView
 from brushgs.outlets.painter.build import painter_module
-from brushgs.passes.finest import DISTANCE
+from brushgs.passes.finest import DISTANCE, usual_finest
+from brushgs.passes.reduce.features import COLOR_WEIGHT
+from brushgs.passes.reduce.lloyd import GAIN, NUM_STEPS
+from brushgs.passes.reduce.merge import OVERLAP
 from brushgs.pipeline.outputs import check_output
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
@@ -71,8 +74,10 @@ def painter_contents(module: bytes) -> PageContents:
     )
     view = PageView(np.array([0.0, -1.0, 0.0]), np.zeros(3), 1.0, False)
     contents = page_contents(painting, camera, view=view, title=TITLE, command=("scene.ply", []))
+    draws = np.random.default_rng(0).random(NUM_DRAWS)
     painter = {
-        "draws": np.random.default_rng(0).random(NUM_DRAWS).tolist(),
+        # `StrokeOptions` of the core, the finest line in radii of the scene
+        "numbers": [usual_finest(1.0), COLOR_WEIGHT, NUM_STEPS, GAIN, OVERLAP, *draws.tolist()],
         "distance": DISTANCE,
         "strokes": STROKES,
         "mostBytes": MOST_BYTES,

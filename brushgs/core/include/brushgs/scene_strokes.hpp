@@ -1,11 +1,11 @@
 // Gaussians of a scene -> strokes in space, without views of it: what `brushgs.cluster(gaussians, num_strokes)` makes,
-// for a page that has no Python. The clusters are those of lloyd.hpp; their weights and their merge follow
-// brushgs/passes/reduce (contribution.py, detail.py, features.py, merge.py), which explain them.
+// for a page that has no Python. Each step is the function that Python calls too.
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <vector>
+
+#include "brushgs/extent.hpp"
 
 namespace brushgs {
 
@@ -19,13 +19,6 @@ struct SceneGaussians {
     std::size_t sh_terms;
     bool is_antialiased;  // then none is thicker in pictures than it is
 };
-
-// Middle and half diagonal of the box that holds 98 % of the points along each axis; the radius is > 0.
-struct Extent {
-    double center[3];
-    double radius;
-};
-Extent robust_extent(const float* means, std::size_t count);
 
 // How far nearly all points are from the middle of a picture, to the sides and up and down, pixels: `reach_in` of
 // brushgs/outlets/page/view.py. Zeros if it holds but few of them.
@@ -46,9 +39,18 @@ struct SceneStrokes {
     std::size_t sh_terms = 1;
 };
 
-// `draws` are random numbers, see `Lloyd`. At most `num_strokes` strokes; the Gaussians themselves if there are not
-// more. `tell` is called with the share of the work that is done.
-SceneStrokes strokes_of_scene(const SceneGaussians& gaussians, std::size_t num_strokes, const double* draws,
+struct StrokeOptions {
+    std::size_t num_strokes;  // at most
+    double finest;            // standard deviation of the finest line in pictures, radii of the scene
+    double color_weight;      // see FeatureQuery
+    double num_steps, gain;   // see Lloyd
+    double overlap;           // see Cover
+    const double* draws;      // see Lloyd
+};
+
+// The Gaussians themselves if there are not more than strokes. `tell` is called with the share of the work that is
+// done.
+SceneStrokes strokes_of_scene(const SceneGaussians& gaussians, const Extent& extent, const StrokeOptions& options,
                               void (*tell)(double share));
 
 }  // namespace brushgs

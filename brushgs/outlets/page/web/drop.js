@@ -113,10 +113,10 @@ class Dropping {
   }
 
   async _paint(run) {
-    const { draws } = this._blank.header.painter;
+    const { numbers } = this._blank.header.painter;
     await this._remember(run);
     this._say(`Painting ${this._file.name}: ${this._scene.count.toLocaleString("en")} Gaussians …`, true);
-    this._strokes = await run("paint", { strokes: this.strokes, draws });
+    this._strokes = await run("paint", { strokes: this.strokes, numbers });
     await this._show(run);
     const { dropped } = this._scene;
     if (dropped) this.app.panel.say(`${dropped.toLocaleString("en")} rows that cannot be drawn were left out.`);

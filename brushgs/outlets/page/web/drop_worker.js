@@ -44,8 +44,8 @@ const work = {
   },
 
   /** Make so many strokes: columns by name. */
-  paint({ strokes, draws }) {
-    withNumbers(draws, (place) => core.paint(strokes, place));
+  paint({ strokes, numbers }) {
+    withNumbers(numbers, (place) => core.paint(strokes, place));
     const widths = { ...COLUMNS, sh: 3 * core.sh_terms() };
     const columns = {};
     for (const [name, width] of Object.entries(widths)) {
