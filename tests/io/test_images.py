@@ -177,9 +177,10 @@ def test_a_failed_write_is_reported_and_leaves_nothing(tmp_path, monkeypatch, su
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="has no limit of a file's size")
-def test_a_png_that_the_disk_cannot_hold_is_reported_and_leaves_nothing(tmp_path):
+def test_a_png_that_the_disk_cannot_hold_is_reported_and_leaves_nothing(tmp_path, monkeypatch):
     import resource
 
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # it would be cut off too, and stay so
     frame = noise(200, 300)
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, limits[1]))
