@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 
-from brushgs.values.arrays import check
+from brushgs.values.arrays import check, gaussian_weights
 from tests.kit.for_each import for_each
 
 
@@ -45,3 +45,14 @@ def test_empty_arrays_have_shapes_too():
     check("here", a=(np.zeros((0, 3)), "N 3"), b=(np.zeros((0, 16, 3)), "N k 3"))
     with pytest.raises(ValueError, match=re.escape("b must have shape [N=0], got [1]")):
         check("here", a=(np.zeros((0, 3)), "N 3"), b=(np.zeros(1), "N"))
+
+
+def test_weights_of_a_blur_are_gaussian_and_none_is_so_small_that_products_are_subnormal():
+    weights = gaussian_weights(90, 1.5)
+    row = np.exp(-0.5 * (np.arange(90) / 1.5) ** 2)
+    np.testing.assert_array_equal(weights[0], np.where(row < 1e-40, 0, row))
+    np.testing.assert_array_equal(weights, weights.T)
+    assert (weights == 0).any()
+    assert weights[weights > 0].min() >= 1e-40
+    coarse = gaussian_weights(90, 1.5, least=0.1)[0]
+    np.testing.assert_array_equal(coarse, np.where(row < 0.1, 0, row))

@@ -1,4 +1,4 @@
-"""Array types, `smoothstep`, and a check of argument shapes by letter: equal letters must agree."""
+"""Array types, `smoothstep`, weights of a blur, and a check of shapes by letter: equal letters must agree."""
 
 from typing import Any
 
@@ -18,6 +18,19 @@ def smoothstep(x: Array) -> F64:
     """3 x^2 - 2 x^3, clamped: 0 for x <= 0, 1 for x >= 1, zero slope at both ends. Same shape as x."""
     x = np.clip(x, 0, 1)
     return np.asarray(x * x * (3 - 2 * x))
+
+
+def gaussian_weights(count: int, sigma: float, least: float = 1e-40) -> F64:
+    """[count, count] weights of the cells of a line at each other in a Gaussian blur, 1 on the diagonal.
+
+    Args:
+        count: number of cells, >= 1.
+        sigma: standard deviation, cells, > 0.
+        least: smaller weights are 0: products of subnormal numbers take up to twenty times as long.
+    """
+    steps = np.arange(count)
+    weights = np.exp(-0.5 * ((steps[:, None] - steps) / sigma) ** 2)
+    return np.where(weights < least, 0.0, weights)
 
 
 def check(where: str, **arrays: tuple[NDArray[Any], str]) -> dict[str, int]:

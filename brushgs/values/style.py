@@ -6,6 +6,7 @@ it is more elongated than 4:3, of the shorter side of a 4:3 picture with the sam
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -109,7 +110,7 @@ class MarkDictionary:
         """[n, h, w, 3] OKLab residuals from the mean colours."""
         return residuals_of(self.texels)
 
-    @property
+    @cached_property
     def contrasts(self) -> F64:
         """[n] standard deviation of the lightness within each mark, OKLab."""
         weights = self.texels[..., 3].astype(np.float64)

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brushgs.values.arrays import F64
+from brushgs.values.arrays import F64, gaussian_weights
 
 
 class Grid(NamedTuple):
@@ -57,6 +57,5 @@ def blurred(values: F64, sigma: float) -> F64:
 @lru_cache(maxsize=8)
 def _weights(count: int, sigma: float) -> F64:
     """[count, count] weight of each cell at each other cell."""
-    steps = np.arange(count)
-    weights = np.exp(-0.5 * ((steps[:, None] - steps) / sigma) ** 2)
+    weights = gaussian_weights(count, sigma)
     return np.asarray(weights / weights.sum(axis=1).max())

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from brushgs.passes.color.color_space import Space
-from brushgs.values.arrays import F64, Array, Mask, check
+from brushgs.values.arrays import F64, Array, Mask, check, gaussian_weights
 
 BLUR = 0.035  # of the shorter side
 LOW, HIGH = 5, 95  # percentiles of L* after the blur, ends of a picture's range
@@ -148,6 +148,5 @@ def squinted(values: F64) -> F64:
 
 def _weights(count: int, sigma: float) -> F64:
     """[count, count] weight of each pixel of a line at each other, with sum 1."""
-    steps = np.arange(count)
-    weights = np.exp(-0.5 * ((steps[:, None] - steps) / sigma) ** 2)
+    weights = gaussian_weights(count, sigma)
     return np.asarray(weights / weights.sum(axis=1, keepdims=True))

@@ -16,7 +16,7 @@ import numpy as np
 
 from brushgs.cameras.framing import camera_axes
 from brushgs.passes.reduce.contribution import seen_areas
-from brushgs.values.arrays import F32, F64, Array, Rows, smoothstep
+from brushgs.values.arrays import F32, F64, Array, Rows, gaussian_weights, smoothstep
 from brushgs.values.camera import FirstView
 from brushgs.values.colors import oklab_of
 from brushgs.values.gaussians import Gaussians
@@ -157,13 +157,13 @@ class _Grid:
 
     def blurred(self, values: Array, deviation: float) -> Array:
         """Values of cells blurred by a Gaussian of this standard deviation, radii; zero outside."""
-        kernel = np.exp(-0.5 * ((_STEPS[:, None] - _STEPS) / deviation) ** 2)
+        kernel = _kernel(deviation)
         kernel /= kernel[CELLS // 2].sum()
         return _along(kernel, 2, _along(kernel, 1, _along(kernel, 0, values)))
 
     def top(self, paint: Array) -> F64:
         """Excess of paint below each cell over paint above, 0 (none) to 1 (all paint below)."""
-        across = np.exp(-0.5 * ((_STEPS[:, None] - _STEPS) / ACROSS) ** 2)
+        across = _kernel(ACROSS)
         spread = _along(across, 2, _along(across, 0, paint))
         down = _STEPS - _STEPS[:, None]  # from the cell of a row to that of a column
         below = np.exp(-np.maximum(down, 0) / COLUMN) * (down > 0.5 * AROUND)
@@ -194,6 +194,11 @@ class _Grid:
 
 _STEPS = (np.arange(CELLS) + 0.5) * (2 * REACH / CELLS) - REACH  # middles of cells, radii
 _VOLUME = (np.sqrt(2 * np.pi) * AROUND * CELLS / (2 * REACH)) ** 3  # of the surroundings of a place, cells
+
+
+def _kernel(deviation: float) -> F64:
+    """[CELLS, CELLS] weights of a blur with this standard deviation, radii."""
+    return gaussian_weights(CELLS, deviation * CELLS / (2 * REACH), least=1e-20)  # three in a float32 product
 
 
 def _along(kernel: Array, axis: int, values: Array) -> Array:

@@ -112,7 +112,9 @@ def _refined(lab: F64, labels: Rows) -> Rows:
     for _ in range(_ROUNDS):
         middles = _middles(lab, labels)
         scores = lab @ (2 * middles.T) - (middles**2).sum(axis=1)
-        new = np.unique(scores.argmax(axis=1), return_inverse=True)[1]
+        new = scores.argmax(axis=1)
+        is_used = np.bincount(new, minlength=len(middles)) > 0
+        new = (np.cumsum(is_used) - 1)[new]
         if np.array_equal(new, labels):
             break
         labels = new
