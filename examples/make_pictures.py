@@ -146,7 +146,8 @@ def main() -> None:
         options_chart(folder, OPTIONS[::3] if args.quick else OPTIONS, chart_cell).save(options, quality=85)
         paintings = PAINTINGS[:2] if args.quick else PAINTINGS
         styled = STYLED[::2] if args.quick else STYLED
-        styles_chart(folder, paintings, styled, large, chart_cell).save(styles, quality=85)
+        learnt = chart_cell if args.quick else large
+        styles_chart(folder, paintings, styled, learnt, chart_cell).save(styles, quality=85)
         layers_chart(folder, frame).save(layers, quality=85)
         save_animation(moving_picture(folder, args.frames, frame), moving)
         save_animation(film_of_scene(folder, args.frames, frame), film)

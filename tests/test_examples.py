@@ -99,7 +99,7 @@ def test_every_example_is_run_by_this_file():
 def test_an_example_writes_its_pictures(name, tmp_path, monkeypatch, capfd):
     words, pictures = RUN[name]
     target = tmp_path / "sheet.png" if name == "contact_sheet.py" else tmp_path
-    run(name, *words, target, monkeypatch=monkeypatch, num_gaussians=1000 if "make" in name else 4000)
+    run(name, *words, target, monkeypatch=monkeypatch, num_gaussians=1000)
     for picture, size in pictures.items():
         assert is_a_picture(tmp_path / picture, *size), picture
     assert capfd.readouterr().err == ""  # no progress bar in a pipe

@@ -15,7 +15,7 @@ VIEW = ("--size", "160x120", "--strokes", "200")
 
 def test_half_of_a_paint_over_is_continued_nearer_to_the_other_half_than_its_look_is():
     """The table of the documentation has all looks."""
-    found = errors(6000, 1500, 160, ["oil"], ["oil"])
+    found = errors(3000, 800, 120, ["oil"], ["oil"])
     own = found.pop("oil --continue")
     assert own.direction < 0.7 * min(error.direction for error in found.values())
     assert own.color < 0.85 * min(error.color for error in found.values())

@@ -21,21 +21,20 @@ from brushgs.rendering.wanted import Wanted
 from brushgs.values.layers import Matte
 from brushgs.values.part import Part
 from tests.kit.commands import names, refused, save_opaque
-from tests.kit.configs import changed
+from tests.kit.configs import blind
 from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 WIDTH, HEIGHT = 140, 102
-# A look of each medium; impressionist, gouache and stippling are made of the same parts.
-DIFFERENT = [look for look in LOOKS if look not in ("impressionist", "gouache", "stippling")]
+# A look of each medium; the others are made of the same parts: ink is hatching with lines and blacks.
+DIFFERENT = [look for look in LOOKS if look not in ("impressionist", "gouache", "hatching", "stippling")]
 PARTS = (Part(37, 29, 60, 41), Part(133, 101, 7, 1))
 SMALL = ["--quiet", "--size", f"{WIDTH}x{HEIGHT}", "--strokes", "300", "--up", "-y", "--see", "off"]
 
 
 @cache
 def prepared_in(look):
-    config = changed(config_of(look), view=ViewConfig(size=(WIDTH, HEIGHT)), cluster={"strokes": 300})
-    return prepare(still_life_of(3000), config, Report())
+    return prepare(still_life_of(1000), blind(look, 300, (WIDTH, HEIGHT)), Report())
 
 
 def same_planes(one, other):
@@ -126,7 +125,7 @@ def test_an_exr_says_where_in_the_picture_its_part_lies(scene, tmp_path):
         source.close()
 
 
-@for_each(("look", "suffix"), [("oil", "png"), ("charcoal", "png"), ("oil", "tif"), ("oil", "jpg")])
+@for_each(("look", "suffix"), [("oil", "png"), ("charcoal", "png"), ("plain", "tif"), ("plain", "jpg")])
 def test_strips_give_the_file_of_one_piece(look, suffix, scene, folder, in_strips, monkeypatch):
     flags = ["--look", look, "--size", f"{WIDTH}x{HEIGHT}@200"]
     whole, dpi = rendered(scene, f"whole.{suffix}", *flags)

@@ -39,7 +39,7 @@ def chroma(rgb):
     return float(np.hypot(*oklab_of(np.reshape(rgb, (-1, 3)).astype(np.float64))[:, 1:].T).mean())
 
 
-def drawing(paper, ink, height=160, width=200):
+def drawing(paper, ink, height=96, width=120):
     """Bent black bands on paper."""
     y, x = np.mgrid[:height, :width]
     bands = np.sin(0.11 * x + 3 * np.sin(0.03 * y)) > 0.3
