@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from brushgs.rendering.effect import positions_of
 from brushgs.rendering.relief import canvas_scale
-from brushgs.values.arrays import F32, Array, smoothstep
+from brushgs.values.arrays import F32, F64, Array, smoothstep
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.part import Part
@@ -95,6 +95,11 @@ class Rub:
         """See `Effect`: the strokes themselves."""
         return replace(coat, effect=None)
 
+    def waves(self, origin: F64) -> F64:
+        """[6, 4] waves of the noise, relative to an origin [3]: radians per world unit, and phases."""
+        directions = WAVES * (2 * np.pi / self.wave)
+        return np.column_stack([directions, (PHASES + directions @ origin) % (2 * np.pi)])
+
     def _gathered(self, shares: Array) -> Array:
         """Shares of black, softly quantised to the values."""
         gathered = np.full_like(shares, self.values[0])
@@ -116,10 +121,10 @@ class Rub:
         few = depth[STEP // 2 :: STEP, STEP // 2 :: STEP]
         coarse = replace(camera, K=scale @ camera.K, width=len(columns), height=len(rows))
         corner = (0, 0) if part is None else (part.left // STEP, part.top // STEP)
-        points = positions_of(few, coarse, corner) * np.float32(2 * np.pi / self.wave)
+        points = positions_of(few, coarse, corner)
         total = np.zeros(few.shape, np.float32)
-        for direction, phase in zip(WAVES, PHASES, strict=True):
-            total += np.sin(points @ direction.astype(np.float32) + np.float32(phase))
+        for *direction, phase in self.waves(np.zeros(3)).astype(np.float32):
+            total += np.sin(points @ np.array(direction) + phase)
         pixels = self.wave * camera.K[0, 0] / np.maximum(few, 1e-30)
         finest, whole = FINEST
         total *= np.clip((pixels - finest) / (whole - finest), 0, 1)

@@ -1,6 +1,6 @@
 """Effects of coats in a page: what it makes of each, and what it needs for that.
 
-Effects are made at rest, by scripts (`web/blacks.js`, `web/washes.js`); a picture that moves has stand-ins.
+Scripts make them at rest: `web/blacks.js`, `web/washes.js`, `web/rub.js`. A picture that moves has stand-ins.
 """
 
 from collections.abc import Iterator
@@ -13,6 +13,7 @@ from brushgs.values.arrays import F64
 if TYPE_CHECKING:
     from brushgs.rendering.canvas import Painting
     from brushgs.rendering.coat import Coat
+    from brushgs.rendering.rub import Rub
     from brushgs.rendering.space_noise import Anchor
     from brushgs.rendering.tonal import Blacks
 
@@ -43,6 +44,7 @@ def effect_facts(coat: "Coat", origin: F64) -> dict[str, Any]:
         "isHiding": isinstance(coat.effect, Blacks),
         "blacks": numbers,
         "washes": _wash_facts(coat, origin),
+        "rub": _rub_facts(coat, origin),
     }
 
 
@@ -55,7 +57,7 @@ def omitted_of(coat: "Coat", *, moves: bool) -> Iterator[str]:
         return
     if _blacks(coat):
         yield f"{effect.traits} have rougher outlines while the page moves, and small ones stay"
-    elif has_washes(coat) and not moves:
+    elif (has_washes(coat) or _rub(coat)) and not moves:
         yield f"{effect.traits} are shown at rest only: in motion strokes lie one by one"
     elif not isinstance(effect, Blacks):
         yield f"{effect.traits} are not in the page: strokes lie one by one"
@@ -88,6 +90,28 @@ def _wash_facts(coat: "Coat", origin: F64) -> dict[str, Any] | None:
         smoothing = [[one.width, one.edge, one.wet, one.loose] for one in effect.smoothing]
         facts |= {"key": asdict(effect.key), "smoothing": smoothing, "isRoom": effect.is_room}
     return facts
+
+
+def _rub(coat: "Coat") -> "Rub | None":
+    """The rubbing of a coat, if a page makes it."""
+    from brushgs.rendering.rub import Rub
+
+    is_whole = coat.cut is None and coat.plain is None
+    return coat.effect if isinstance(coat.effect, Rub) and is_whole else None
+
+
+def _rub_facts(coat: "Coat", origin: F64) -> dict[str, Any] | None:
+    rub = _rub(coat)
+    if rub is None:
+        return None
+    return {
+        "paper": list(rub.paper),
+        "black": list(rub.black),
+        "values": list(rub.values),
+        "strength": rub.strength,
+        "wave": rub.wave,
+        "waves": rub.waves(origin).tolist(),
+    }
 
 
 def _anchor(anchor: "Anchor", origin: F64) -> dict[str, Any]:

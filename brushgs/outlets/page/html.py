@@ -36,6 +36,7 @@ SCRIPTS = (
     "blacks.js",
     "space_noise.js",
     "washes.js",
+    "rub.js",
     "canvas.js",
     "highlight.js",
     "painter.js",

@@ -15,9 +15,9 @@
 const NO_FLOATS =
   "this browser cannot draw into float textures: the painting is shown without relief, lamp and threads";
 const MOST_REACH = 15; // pixels, as in blur.frag
-const MOST_WASHED = 500000; // pixels of washes that are made, in some tenths of a second
+const MOST_MADE = 500000; // pixels of washes and rubbed tones that are made, in some tenths of a second
 const UNITS = ["uCoat", "uCoatDetail", "uPattern", "uCanvas", "uDetail", "uTint", "uGroundImage", "uHeight"];
-const SOFT_UNITS = ["uSoft", "uSoftDetail"], WASH_UNITS = ["uWash", "uWashMore"];
+const SOFT_UNITS = ["uSoft", "uSoftDetail"], MADE_UNITS = ["uMade", "uMadeMore"];
 const [ZEROS, ONES] = [new Float32Array(4), new Float32Array(4).fill(1)];
 const BYTES = { canvas: 8, detail: 4, coat: 8, coatDetail: 4, tint: 8, blurredAlong: 2, blurred: 2 }; // a pixel of each target
 
@@ -166,27 +166,28 @@ class Canvas {
 
   /** Whether a coat has an effect that can be made as a whole. */
   get hasEffects() {
-    return this._canMake && this._plans.some(({ hasBlacks, hasWashes }) => hasBlacks || hasWashes);
+    return this._canMake && this._plans.some(({ hasBlacks, hasLayers }) => hasBlacks || hasLayers);
   }
 
   /** Whether a coat has an effect that is made as a whole in this picture. */
   isMade(i) {
-    const { hasBlacks, hasWashes } = this._plans[i];
-    return (hasBlacks || hasWashes) && this._canMake && this._picture.isWhole;
+    const { hasBlacks, hasLayers } = this._plans[i];
+    return (hasBlacks || hasLayers) && this._canMake && this._picture.isWhole;
   }
 
-  /** The camera of the picture that an effect is made of: those of washes have a limit. */
+  /** The camera of the picture that an effect is made of: those of washes and rubbed tones have a limit. */
   cameraOf(i, camera) {
     const { width, height, fx, fy, cx, cy } = camera;
-    const step = this._plans[i].hasWashes ? Math.max(1, Math.sqrt((width * height) / MOST_WASHED)) : 1;
+    const step = this._plans[i].hasLayers ? Math.max(1, Math.sqrt((width * height) / MOST_MADE)) : 1;
     const lens = { fx: fx / step, fy: fy / step, cx: cx / step, cy: cy / step };
     return new PageCamera({ ...camera, ...lens, width: Math.ceil(width / step), height: Math.ceil(height / step) });
   }
 
   /** Make a coat, from boxes in the picture of `cameraOf`, which has a pixel for `step` along a side, in its bound target. */
   make(i, boxes, count, camera, step) {
-    const painted = paintSoftly(boxes, count, camera.width, camera.height);
-    if (this._plans[i].hasWashes) this._layWashes(i, makeWashes(this._header.coats[i].washes, painted, camera), camera, step);
+    const painted = paintSoftly(boxes, count, camera.width, camera.height), { washes, rub } = this._header.coats[i];
+    if (rub) this._layRub(i, makeRub(rub, painted, camera, step), camera, step);
+    else if (this._plans[i].hasLayers) this._layWashes(i, makeWashes(washes, painted, camera), camera, step);
     else this._makeBlacks(i, painted);
   }
 
@@ -202,10 +203,29 @@ class Canvas {
     }
   }
 
-  _layWashes(i, layers, { width, height }, step) {
-    const { gl, _picture: picture, _plans: plans } = this, { surface, coats } = this._header;
-    const { isGlaze, hasDetail } = plans[i], { washes } = coats[i].washes;
-    const { handle, at } = this._program("wash.frag", { GLAZE: isGlaze, DEPTH: hasDetail });
+  _layWashes(i, layers, size, step) {
+    const { gl } = this, { surface, coats } = this._header, { washes } = coats[i].washes;
+    this._layMade(i, "wash.frag", layers, size, step, (at) => {
+      gl.uniform1f(at.uGrain, washes.grain);
+      gl.uniform2f(at.uLightNoise, washes.light_noise[0] / washes.light[1], washes.most);
+      gl.uniform3fv(at.uGround, surface?.color ?? [1, 1, 1]);
+      gl.uniform1f(at.uTone, surface === null ? 0 : surface.strength * DEVIATIONS[surface.kind].tone);
+    });
+  }
+
+  _layRub(i, layers, size, step) {
+    const { gl } = this, { surface, coats } = this._header, { paper, black } = coats[i].rub;
+    this._layMade(i, "rub.frag", layers, size, step, (at) => {
+      gl.uniform3fv(at.uPaper, paper);
+      gl.uniform3fv(at.uInk, black);
+      gl.uniform1f(at.uTooth, surface === null ? 0 : SHARED.RUB_TOOTH);
+    });
+  }
+
+  /** Lay layers [height, width, 4] that were made of a coat, of fewer pixels than the picture, in its bound target. */
+  _layMade(i, fragment, layers, { width, height }, step, setUniforms) {
+    const { gl, _picture: picture } = this, { isGlaze, hasDetail } = this._plans[i];
+    const { handle, at } = this._program(fragment, { GLAZE: isGlaze, DEPTH: hasDetail });
     const textures = layers.map((numbers) => {
       const texture = newTexture(gl, gl.LINEAR);
       const rows = upsideDown(numbers, height);
@@ -218,11 +238,8 @@ class Canvas {
     gl.activeTexture(gl.TEXTURE0);
     gl.uniform2f(at.uShare, 1 / (step * width), 1 / (step * height));
     gl.uniform1f(at.uLift, step * height - picture.height);
-    gl.uniform1f(at.uGrain, washes.grain);
-    gl.uniform2f(at.uLightNoise, washes.light_noise[0] / washes.light[1], washes.most);
-    gl.uniform3fv(at.uGround, surface?.color ?? [1, 1, 1]);
-    gl.uniform1f(at.uTone, surface === null ? 0 : surface.strength * DEVIATIONS[surface.kind].tone);
     gl.uniform1f(at.uMiddle, picture.middle);
+    setUniforms(at);
     gl.disable(gl.BLEND);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     for (const texture of textures) gl.deleteTexture(texture);
@@ -290,7 +307,7 @@ class Canvas {
       const program = new Program(gl, "screen.vert", fragment, defines);
       this._programs.set(key, program);
       gl.useProgram(program.handle);
-      for (const names of [SOFT_UNITS, WASH_UNITS]) {
+      for (const names of [SOFT_UNITS, MADE_UNITS]) {
         names.forEach((name, unit) => gl.uniform1i(program.at[name] ?? null, unit));
       }
       UNITS.forEach((name, unit) => gl.uniform1i(program.at[name] ?? null, unit));
@@ -542,16 +559,16 @@ function planOf({ coats, surface, lamp }, isHalf) {
     const hasHeight = !isGlaze && _isLit && coat.relief !== null;
     const hasDepth = !isGlaze && (i < lastTested || (isHalf && Boolean(coat.blacks)));
     const hasDetail = hasHeight || hasDepth;
-    const { isHiding } = coat, hasWashes = Boolean(coat.washes) && !coat.motion;
-    const isDirect = !(hasWashes || isGlaze || isPressed || isHiding || isTested[i] || (hasHeights && hasDetail));
+    const { isHiding } = coat, hasLayers = Boolean(coat.rub || coat.washes) && !coat.motion;
+    const isDirect = !(hasLayers || isGlaze || isPressed || isHiding || isTested[i] || (hasHeights && hasDetail));
     hasHeights ||= hasHeight;
     const hasBlacks = Boolean(coat.blacks);
-    return { isGlaze, isPressed, isHiding, hasBlacks, hasWashes, isTested: isTested[i], hasHeight, hasDepth, hasDetail, isDirect };
+    return { isGlaze, isPressed, isHiding, hasBlacks, hasLayers, isTested: isTested[i], hasHeight, hasDepth, hasDetail, isDirect };
   });
   return {
     _plans,
     _isLit,
-    _hasPattern: isRaised || (isWoven && _plans.some(({ isPressed }) => isPressed)),
+    _hasPattern: isRaised || (isWoven && _plans.some(({ isPressed, hasLayers }) => isPressed || hasLayers)),
     _hasDetail: _plans.some(({ hasDetail }) => hasDetail),
     _hasGlaze: _plans.some(({ isGlaze }) => isGlaze),
     _isStraight: !_isLit && _plans.every(({ isDirect }) => isDirect),

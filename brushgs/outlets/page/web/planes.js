@@ -58,19 +58,19 @@ function largestNear(plane, width, height, side) {
   return result;
 }
 
-/** A Gaussian blur that ends at three deviations; the plane is mirrored at its border. */
-function gaussianBlur(plane, width, height, deviation) {
-  const reach = Math.floor(3 * deviation + 0.5), weights = new Float64Array(2 * reach + 1);
+/** A Gaussian blur that ends after some deviations; `beyond` is the place that stands for one beyond the border. */
+function gaussianBlur(plane, width, height, deviation, { deviations = 3, beyond = mirrored } = {}) {
+  const reach = Math.floor(deviations * deviation + 0.5), weights = new Float64Array(2 * reach + 1);
   for (let k = -reach; k <= reach; k++) weights[k + reach] = Math.exp(-0.5 * (k / deviation) ** 2);
   const total = weights.reduce((sum, weight) => sum + weight, 0);
   for (let k = 0; k < weights.length; k++) weights[k] /= total;
   const along = new Float32Array(plane.length), result = new Float32Array(plane.length);
   const sums = new Float64Array(width);
-  for (let y = 0; y < height; y++) addShifted(plane, y * width, width, weights, reach, along);
+  for (let y = 0; y < height; y++) addShifted(plane, y * width, width, weights, beyond, along);
   for (let y = 0; y < height; y++) {
     sums.fill(0);
     for (let k = -reach; k <= reach; k++) {
-      const from = mirrored(y + k, height) * width, weight = weights[k + reach];
+      const from = beyond(y + k, height) * width, weight = weights[k + reach];
       for (let x = 0; x < width; x++) sums[x] += weight * along[from + x];
     }
     result.set(sums, y * width);
@@ -78,17 +78,21 @@ function gaussianBlur(plane, width, height, deviation) {
   return result;
 }
 
-function addShifted(plane, at, width, weights, reach, result) {
+function addShifted(plane, at, width, weights, beyond, result) {
+  const reach = (weights.length - 1) / 2;
   for (let x = 0; x < width; x++) {
     let sum = 0;
     if (x >= reach && x + reach < width) {
       for (let k = -reach; k <= reach; k++) sum += weights[k + reach] * plane[at + x + k];
     } else {
-      for (let k = -reach; k <= reach; k++) sum += weights[k + reach] * plane[at + mirrored(x + k, width)];
+      for (let k = -reach; k <= reach; k++) sum += weights[k + reach] * plane[at + beyond(x + k, width)];
     }
     result[at + x] = sum;
   }
 }
+
+/** The place of a row beyond the border: the border goes on. */
+const nearestPlace = (place, size) => Math.min(Math.max(place, 0), size - 1);
 
 /** The place of a row beyond the border: the border is mirrored between its pixel and the next one. */
 function mirrored(place, size) {

@@ -9,8 +9,8 @@ precision highp int;
 
 uniform vec2 uShare;  // of the layers, in a pixel
 uniform float uLift;  // pixels of the layers below the picture, whose rows go up
-uniform highp sampler2D uWash;  // densities, cover by paper
-uniform highp sampler2D uWashMore;  // see `makeWashes`
+uniform highp sampler2D uMade;  // densities, cover by paper
+uniform highp sampler2D uMadeMore;  // see `makeWashes`
 uniform float uGrain;
 uniform vec2 uLightNoise;  // of the least wash by grain, over its range; most density
 uniform vec3 uGround;
@@ -25,7 +25,7 @@ layout(location = 1) out vec4 oDetail;
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec2 place = (gl_FragCoord.xy + vec2(0, uLift)) * uShare;
-  vec4 wash = textureLod(uWash, place, 0.0), more = textureLod(uWashMore, place, 0.0);
+  vec4 wash = textureLod(uMade, place, 0.0), more = textureLod(uMadeMore, place, 0.0);
 #ifdef PATTERN
   float grain = (0.5 - grainAt(pixel)) / GRAIN_DEVIATION;
 #else
