@@ -9,20 +9,16 @@ import pytest
 from brushgs.cameras.paths import turn_around
 from brushgs.options.choices import LOOKS
 from brushgs.options.look import Look
-from brushgs.pipeline.prepare import PICTURE, prepare
-from brushgs.pipeline.report import Report
-from brushgs.pipeline.runner import Memory
 from brushgs.rendering.effect import without_effect
 from brushgs.rendering.tonal import Blacks
 from brushgs.still_life import still_life_camera
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
+from tests.outlets.page.looks import on_ground, painted_in, psnr
 from tests.outlets.page.studio import blacks_of_page
 from tests.scenes import still_life_of
 
-STROKES = 1000
-MEMORY = Memory()  # looks of one scene share what none of them changes
 SIZES = {"linen": (320, 240), "paper": (240, 180), "none": (160, 120)}  # at which threads begin to show
 UNLIT = ("watercolour", "charcoal", "ink", "hatching", "stippling", "plain")  # looks without a lamp
 LEFT_OUT = {
@@ -59,12 +55,6 @@ def test_a_page_as_it_opens_shows_what_render_shows_indoors(studio, look):
         assert psnr(studio.paint(camera, ground=True, order="distance"), exact) < 45
 
 
-def on_ground(painting, camera, background):
-    """What is seen of a painting: on its surface, or over a background."""
-    frame = painting.frame(camera)
-    return frame.rgb if painting.surface is not None else frame.over(background)
-
-
 def in_motion(painting):
     """What a page shows of a painting while it moves."""
 
@@ -74,25 +64,6 @@ def in_motion(painting):
         return coat if coat.effect.threshold == 0 else replace(coat, effect=blacks_of_page(coat.effect))
 
     return replace(painting, coats=tuple(map(shown, painting.coats)))
-
-
-def psnr(page, exact):
-    difference = np.clip(page[..., :3], 0, 1) - np.clip(exact, 0, 1)
-    return -10 * np.log10(np.mean(difference.astype(np.float64) ** 2))
-
-
-def painted_in(look, scene, camera, *, lock, **options):
-    """A look in few strokes, made without views, and the background; options are parts of its painting."""
-    config = Look.open(look).config
-    config = replace(
-        config,
-        cluster=replace(config.cluster, strokes=STROKES),
-        strokes=replace(config.strokes, see="off"),
-        draw=replace(config.draw, order="depth", lock=lock),
-        **{name: replace(getattr(config, name), **changes) for name, changes in options.items()},
-    )
-    found = prepare(scene, config, Report(), views=camera, asks=PICTURE, memory=MEMORY)
-    return found.painting, found.background
 
 
 @pytest.mark.parametrize(
