@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import BrushSet, per_row
-from brushgs.outlets.page.contents import shown_by
+from brushgs.outlets.page.columns import shown_by
 from brushgs.passes.color.key_normals import find_facing
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.constants import MAX_ALPHA, MIN_ALPHA

@@ -5,7 +5,7 @@ functions of the exact renderer. Names in the header are camelCase, as in JavaSc
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,21 +13,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from brushgs.brushes.brush_set import BrushSet, Sigmas
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.outlets.page.columns import coarse_to_fine, columns_of, plain_left_out, shown_by
 from brushgs.outlets.page.effects import effect_facts, in_page, omitted_of
-from brushgs.outlets.page.fields import field_codes
 from brushgs.outlets.page.images import reduced
 from brushgs.outlets.page.motion import PageMotion
 from brushgs.outlets.page.view import PageView
 from brushgs.pipeline.media.materials import BACKDROP
-from brushgs.rendering.border import uniform_of
 from brushgs.rendering.constants import MIN_ALPHA
 from brushgs.rendering.light import BLUR, LEAST_RISE
 from brushgs.rendering.relief import paint_height
-from brushgs.rendering.streaks import starts_of
 from brushgs.rendering.surface import Recipe, Surface
 from brushgs.values.arrays import F64, Rows
 from brushgs.values.camera import Camera
-from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import used_sh_degree
 from brushgs.version import __version__
 
@@ -35,10 +32,10 @@ if TYPE_CHECKING:
     from brushgs.rendering.canvas import Painting
     from brushgs.rendering.coat import Coat
     from brushgs.rendering.light import Lamp
+    from brushgs.rendering.options import RenderOptions
 
 VERSION = 1  # of the header; grows when a key changes its name or meaning
 MOST_GROUND = 640  # px, longer side of a picture used as ground
-MOST_PLAIN = 100_000  # plain Gaussians of a coat: about 3 MB; more is too much for phones
 _HALF = np.finfo(np.float16)
 _DTYPES: dict[str, type[np.generic]] = dict.fromkeys(("means", "quats", "scales", "gaps"), np.float32)
 _DTYPES |= dict.fromkeys(("brush", "region", "streakStart"), np.uint8)
@@ -230,41 +227,11 @@ def _add_motion(
             header["coats"][number]["motion"] = {**numbers, "arrays": arrays}
 
 
-def shown_by(coat: "Coat") -> Gaussians:
-    """The strokes of a coat for the page, unsorted: its own, whole or left out, and its plain Gaussians.
-
-    Plain Gaussians have the row of the soft brush; the `MOST_PLAIN` with the most paint are kept.
-    """
-    if coat.cut is not None:
-        shown = np.where(coat.cut.inside, 0, coat.strokes.opacities)
-        coat = replace(coat, strokes=replace(coat.strokes, opacities=shown), cut=None)
-    if coat.plain is None:
-        return coat.strokes
-    plain = coat.plain.take(np.sort(coarse_to_fine(coat.plain)[:MOST_PLAIN]))
-    rows = np.full(len(plain), len(BrushSet.of(coat.texture)) - 1, np.uint8)
-    brushes = coat.strokes.brushes
-    own = np.zeros(len(coat.strokes), np.uint8) if brushes is None else brushes
-    missing = max(0, plain.sh.shape[1] - coat.strokes.sh.shape[1])  # strokes may have one colour each
-    sh = np.pad(coat.strokes.sh, ((0, 0), (0, missing), (0, 0)))
-    return Gaussians.joined([replace(coat.strokes, sh=sh, brushes=own), replace(plain, brushes=rows)])
-
-
 def _names_of_regions(painting: "Painting", names: Sequence[str]) -> list[str]:
     """A name for each region from 1, as many as there are names or numbers."""
     columns = [coat.strokes.regions for coat in painting.coats if coat.strokes.regions is not None]
     highest = max(int(column.max(initial=0)) for column in columns)
     return [*names, *(f"Region {number}" for number in range(len(names) + 1, highest + 1))]
-
-
-def coarse_to_fine(strokes: Gaussians) -> Rows:
-    """[N] rows by descending paint: area of the two larger axes times opacity, ties by row.
-
-    The first k cover more than any other k in any view, and small strokes only refine: so a share of the
-    strokes is a coarser painting. The order of growing paintings (`pipeline/growth/order.py`) hides gaps
-    better, but belongs to one view, and merges strokes for its start.
-    """
-    larger = np.sort(strokes.scales.astype(np.float64), axis=1)[:, 1:]
-    return np.argsort(-larger.prod(axis=1) * strokes.opacities, kind="stable")
 
 
 def _coat(number: int, coat: "Coat", own: "Coat", origin: F64, collected: _Collected) -> dict[str, Any]:
@@ -277,11 +244,10 @@ def _coat(number: int, coat: "Coat", own: "Coat", origin: F64, collected: _Colle
     rows = order[strokes.opacities[order] >= MIN_ALPHA]
     collected.rows.append(rows)
     brushes, used = brush_set.rows_of("page_contents", strokes.brushes), np.zeros(1, np.intp)
-    brush: NDArray[Any] | None = None
     if brushes is not None and len(rows):
         used = np.unique(brushes[rows].astype(np.intp))
-        brush = np.searchsorted(used, brushes) if len(used) > 1 else None
-    columns = _columns(coat, strokes, origin, brush)
+    brush = np.searchsorted(used, brushes) if brushes is not None and len(used) > 1 else None
+    columns = columns_of(coat, strokes, origin, brush)
     effect = effect_facts(own, origin)
     if effect["washes"]:  # their colours are mapped when they were blended
         effect["washes"]["shDegree"] = used_sh_degree(own.strokes)
@@ -289,10 +255,6 @@ def _coat(number: int, coat: "Coat", own: "Coat", origin: F64, collected: _Colle
     # The outlines of blacks follow tones to 1 in 100,000: half floats would move them.
     usual = np.float32 if effect["blacks"] else np.float16
     arrays = {name: collected.column(number, name, values[rows], usual) for name, values in columns.items()}
-    underpaint, relief = options.underpaint, options.relief
-    plain = {}
-    if is_image and len(brush_set) - 1 in used and len(strokes) > len(coat.strokes):
-        plain["plainBrush"] = int(np.searchsorted(used, len(brush_set) - 1))
     return {
         "name": coat.name,
         "isBackdrop": coat.name == BACKDROP,
@@ -307,57 +269,44 @@ def _coat(number: int, coat: "Coat", own: "Coat", origin: F64, collected: _Colle
         "kernel": brush_set.kind,
         "brushes": [collected.brush(brush_set.textures[row]) for row in used] if is_image else [],
         "numSigmas": _of_rows(options.num_sigmas, used),
-        "lock": "canonical" if coat.fields else "off" if options.lock == "off" else "anchor",
+        "lock": _lock(coat),
         "lowPass": options.low_pass,
         "fade": options.fade,
         "antialiased": strokes.antialiased,
         "streaks": options.streaks,
-        "underpaint": None
-        if underpaint is None or not is_image
-        else {"opacity": underpaint.opacity, "reach": _of_rows(underpaint.reach, used)},
-        "relief": None if relief is None else {"thickness": relief.thickness, "gain": relief.gain},
+        **_thickness_facts(options, used, is_image=is_image),
         "shDegree": used_sh_degree(strokes),
-        **plain,
+        **_plain_facts(brush_set, used, has_plain=len(strokes) > len(coat.strokes)),
         **effect,
         "arrays": arrays,
     }
 
 
-def _columns(
-    coat: "Coat", strokes: Gaussians, origin: F64, brush: NDArray[Any] | None
-) -> dict[str, NDArray[Any]]:
-    """Columns of the strokes of a coat, by name, in page order."""
-    options, own = coat.options, len(coat.strokes)
-    quats = strokes.quats.astype(np.float64)
-    quats /= np.abs(quats).max(axis=1, keepdims=True, initial=0)  # avoids overflow of squares
-    quats /= np.linalg.norm(quats, axis=1, keepdims=True)
-    ids = np.arange(len(strokes))  # row hashes use the rows of the strokes
-    has_regions = strokes.regions is not None and strokes.regions.any()  # a coat without regions lies in none
-    reliefs = None if options.relief is None else options.relief.of_strokes(coat.strokes)
-    columns: dict[str, NDArray[Any] | None] = {
-        "means": strokes.means.astype(np.float64) - origin,
-        "quats": quats,
-        "scales": strokes.scales,
-        "opacities": strokes.opacities,
-        "sh": strokes.sh[:, : (used_sh_degree(strokes) + 1) ** 2],
-        "brush": brush,
-        "region": strokes.regions if has_regions else None,
-        "streakStart": starts_of(ids) if options.streaks > 0 else None,
-        "relief": None if reliefs is None else np.pad(reliefs, ((0, len(strokes) - own), (0, 0))),
-        # 0 stays up to the border
-        "chance": np.where(ids < own, uniform_of(ids, 0), 0.0) if coat.border else None,
-        "normals": coat.normals,
-        "fields": None
-        if coat.fields is None
-        else np.pad(field_codes(coat.fields, coat.strokes), ((0, len(strokes) - own), (0, 0))),
+def _lock(coat: "Coat") -> str:
+    """How a page gives strokes their directions: it knows no path, so none is tracked."""
+    if coat.fields:
+        return "canonical"
+    return "off" if coat.options.lock == "off" else "anchor"
+
+
+def _thickness_facts(options: "RenderOptions", used: Rows, *, is_image: bool) -> dict[str, Any]:
+    """Underpaint, of brush images only, and relief."""
+    underpaint, relief = options.underpaint, options.relief
+    below = None
+    if underpaint is not None and is_image:
+        below = {"opacity": underpaint.opacity, "reach": _of_rows(underpaint.reach, used)}
+    return {
+        "underpaint": below,
+        "relief": None if relief is None else {"thickness": relief.thickness, "gain": relief.gain},
     }
-    if coat.nested is not None:
-        columns["gaps"] = coat.nested.gaps
-        columns["marks"] = np.stack([coat.nested.spacings, coat.nested.widths], axis=1)
-        if not coat.nested.is_round:
-            assert coat.chains is not None, "lines have pieces"
-            columns["lines"] = np.stack([coat.chains, ids, np.bincount(coat.chains)[coat.chains]], axis=1)
-    return {name: values for name, values in columns.items() if values is not None}
+
+
+def _plain_facts(brush_set: BrushSet, used: Rows, *, has_plain: bool) -> dict[str, Any]:
+    """Which of the used brushes paints plain Gaussians: the last one of the set."""
+    last = len(brush_set) - 1
+    if brush_set.kind != "image" or not has_plain or last not in used:
+        return {}
+    return {"plainBrush": int(np.searchsorted(used, last))}
 
 
 def _of_rows(values: Sigmas, rows: Rows) -> list[float]:
@@ -367,10 +316,8 @@ def _of_rows(values: Sigmas, rows: Rows) -> list[float]:
 
 def _note_omitted(coat: "Coat", brush_set: BrushSet, collected: _Collected) -> None:
     options = coat.options
-    if coat.plain is not None and len(coat.plain) > MOST_PLAIN:
-        collected.omit(
-            f"of {len(coat.plain):,} Gaussians that are not painted the page has the {MOST_PLAIN:,} largest"
-        )
+    for sentence in plain_left_out(coat):
+        collected.omit(sentence)
     if options.order == "soft":
         collected.omit(
             "strokes of nearly equal depth do not blend in the page: the nearer one covers the other"

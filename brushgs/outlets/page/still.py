@@ -4,7 +4,7 @@ import numpy as np
 
 from brushgs.formats.pictures.oiio import Background
 from brushgs.formats.pictures.still import encode_jpeg
-from brushgs.outlets.page.contents import shown_by
+from brushgs.outlets.page.columns import shown_by
 from brushgs.outlets.page.images import reduced
 from brushgs.outlets.page.weight import Weight, fragments_of, vertices_of
 from brushgs.pipeline.drawing import warn_if_blank

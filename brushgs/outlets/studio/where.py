@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from brushgs.options.painting import PaintConfig
 from brushgs.options.where import Where, WhereConfig
 from brushgs.options.where_terms import Mask, Words
-from brushgs.outlets.page.contents import shown_by
+from brushgs.outlets.page.columns import shown_by
 from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.prepare import Prepared
 from brushgs.values.arrays import F64, Rows

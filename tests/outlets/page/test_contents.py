@@ -6,7 +6,7 @@ import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.first_view import plain_first_view
 from brushgs.cameras.framing import frame_scene
-from brushgs.outlets.page.contents import coarse_to_fine
+from brushgs.outlets.page.columns import coarse_to_fine
 from brushgs.outlets.page.view import PageView
 from brushgs.rendering.border import thin_to_border
 from brushgs.rendering.options import project_with

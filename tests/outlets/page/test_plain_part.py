@@ -8,7 +8,7 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.soft import SOFT
 from brushgs.options.look import Look
 from brushgs.options.where import Where, WhereConfig
-from brushgs.outlets.page import contents as page
+from brushgs.outlets.page import columns as page
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life_camera

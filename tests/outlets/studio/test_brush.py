@@ -9,7 +9,7 @@ from brushgs.cli.commands.view import session_of
 from brushgs.cli.parser import parse
 from brushgs.formats.marks import read_marks
 from brushgs.formats.pictures.images import read_image
-from brushgs.outlets.page.contents import shown_by
+from brushgs.outlets.page.columns import shown_by
 from brushgs.outlets.studio.overpainting import HandStroke, changed_by, read_stroke
 from brushgs.outlets.studio.settings import Settings, Shot
 from brushgs.passes.marks.place import Below

@@ -3,7 +3,7 @@
 const PIXEL_RATIO = 1.5; // of a picture that moves: strokes are large
 const MAX_PIXEL_RATIO = 2.5; // of one at rest, where the device is fast enough
 const RESTING_MS = 400; // that a picture at rest may take
-const WHOLE_MS = [150, 2000]; // of rest, after which effects are made as a whole: as long as that took last time
+const WHOLE_MS = 150; // of rest, after which effects are made as a whole
 const FIRST = { share: 0.5, underpaintStep: SHARED.UNDERPAINT_STEP }; // of the first picture: it is there sooner
 const CONTEXT = { antialias: false, alpha: true, premultipliedAlpha: true, depth: false };
 const NO_WEBGL = "This browser cannot paint: it has no WebGL 2.";
@@ -26,7 +26,8 @@ class App {
     this._isTimed = false; // whether it is known how long a picture at rest takes
     this._request = 0;
     this._making = 0; // timer
-    this._makingMs = 0; // that effects took
+    this._workers = new EffectWorkers(document.currentScript?.textContent);
+    this._made = null; // effects of the picture that rests
     this._drawnAt = null; // ms, of the frame before in a movement
     this._onFrame = this._onFrame.bind(this);
     window.addEventListener("error", (event) => {
@@ -108,6 +109,7 @@ class App {
 
   /** Ask for a frame; several calls before it make one. */
   invalidate() {
+    this._dropEffects();
     if (this._request || !this.painter || this.isPaused) return;
     this._request = requestAnimationFrame(this._onFrame);
   }
@@ -215,7 +217,7 @@ class App {
 
   _onFrame(now) {
     this._request = 0;
-    clearTimeout(this._making);
+    this._dropEffects();
     if (!this.painter || this.isPaused) return;
     const seconds = this._drawnAt === null ? 1 / 60 : (now - this._drawnAt) / 1000;
     if (this._drawnAt !== null) this._pace.tell(seconds);
@@ -226,8 +228,7 @@ class App {
     this._pace.hasUnderpaint = this.painter.hasUnderpaint;
     const { share, underpaintStep } = isFirst ? FIRST : this._pace.now;
     try {
-      if (isResting && !this._isTimed) this._findSharpest();
-      else if (isResting) this._rest();
+      if (isResting) this._rest();
       else this._paint(share * atMost(PIXEL_RATIO), { ...this.look, underpaintStep, isWhole: false });
     } catch (error) {
       this.painter = null; // the next frame would fail as well
@@ -241,23 +242,36 @@ class App {
     else this._onSharp();
   }
 
-  /** Paint at rest; effects as a whole a little later, so that sliders and keys do not wait for them. */
+  /** Paint at rest; effects as a whole a little later, beside the page: any change cancels them. */
   _rest() {
     const { hasEffects } = this.painter;
-    this._paint(atMost(this._restingRatio), { ...this.look, isWhole: !hasEffects });
-    if (!hasEffects) return;
-    this._making = setTimeout(() => {
-      if (!this.painter || this.isPaused) return;
-      const start = performance.now();
-      this._paint(atMost(this._restingRatio));
-      this._makingMs = performance.now() - start;
-    }, Math.min(Math.max(this._makingMs, WHOLE_MS[0]), WHOLE_MS[1]));
+    if (this._isTimed) this._paint(atMost(this._restingRatio), { ...this.look, isWhole: !hasEffects });
+    else this._findSharpest();
+    if (hasEffects) this._making = setTimeout(() => this._makeEffects(), WHOLE_MS);
   }
 
-  /** Paint at rest, and see whether the device is fast enough for all of its pixels. */
+  async _makeEffects() {
+    if (!this.painter || this.isPaused) return;
+    const timer = this._making, { canvas, look } = this;
+    const jobs = this.painter.jobs(this.controls.camera(canvas.width, canvas.height), look);
+    const wanted = jobs.filter(Boolean), found = await this._workers.make(wanted);
+    if (timer !== this._making || !this.painter || this.isPaused) return;
+    const { width, height } = canvas;
+    this._made = { width, height, effects: jobs.map((job) => (job ? found[wanted.indexOf(job)] : null)) };
+    this._paint(atMost(this._restingRatio));
+  }
+
+  _dropEffects() {
+    clearTimeout(this._making);
+    this._workers.cancel();
+    this._making = 0;
+    this._made = null;
+  }
+
+  /** Paint at rest, effects coarsely, and see whether the device is fast enough for all of its pixels. */
   _findSharpest() {
     const start = performance.now();
-    this._paint(atMost(PIXEL_RATIO));
+    this._paint(atMost(PIXEL_RATIO), { ...this.look, isWhole: !this.painter.hasEffects });
     this._isTimed = true;
     if (window.devicePixelRatio <= PIXEL_RATIO) return;
     const { gl } = this;
@@ -282,7 +296,8 @@ class App {
     const height = Math.max(1, Math.round(canvas.clientHeight * ratio));
     if (canvas.width !== width) canvas.width = width;
     if (canvas.height !== height) canvas.height = height;
-    this.painter.paint(this.controls.camera(width, height), look);
+    const made = this._made?.width === width && this._made.height === height ? this._made.effects : null;
+    this.painter.paint(this.controls.camera(width, height), { ...look, made });
     this.framesDrawn += 1;
   }
 }
@@ -314,7 +329,10 @@ function stillOr(cure) {
   return document.getElementById("still") ? "This is a still picture of the painting." : cure;
 }
 
-window.brushgs = new App();
-document.addEventListener("DOMContentLoaded", () => {
-  window.brushgs.ready = window.brushgs.start();
-});
+if (typeof document === "undefined") serveEffects(self);
+else {
+  window.brushgs = new App();
+  document.addEventListener("DOMContentLoaded", () => {
+    window.brushgs.ready = window.brushgs.start();
+  });
+}

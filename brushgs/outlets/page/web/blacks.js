@@ -7,9 +7,6 @@ const { OUTLINE_BLUR, OUTLINE_LEVEL, OUTLINE_SHARP, INK_LAID, INK_SKIRT, INK_FAD
 /** The side of the square window of a radius. */
 const sideOf = (radius) => 2 * Math.max(1, Math.round(radius)) + 1;
 
-/** The smooth step of all fades: 0 below 0, 1 above 1. */
-const smoothed = (t) => (t <= 0 ? 0 : t >= 1 ? 1 : t * t * (3 - 2 * t));
-
 /**
  * Make paper and ink of a picture of grey strokes, in place.
  *

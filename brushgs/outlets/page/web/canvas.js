@@ -14,8 +14,6 @@
 
 const NO_FLOATS =
   "this browser cannot draw into float textures: the painting is shown without relief, lamp and threads";
-const MOST_REACH = 15; // pixels, as in blur.frag
-const MOST_MADE = 500000; // pixels of washes and rubbed tones that are made, in some tenths of a second
 const UNITS = ["uCoat", "uCoatDetail", "uPattern", "uCanvas", "uDetail", "uTint", "uGroundImage", "uHeight"];
 const SOFT_UNITS = ["uSoft", "uSoftDetail"], MADE_UNITS = ["uMade", "uMadeMore"];
 const [ZEROS, ONES] = [new Float32Array(4), new Float32Array(4).fill(1)];
@@ -152,7 +150,7 @@ class Canvas {
     this._bindTarget(isGlaze ? "tint" : "canvasAlone");
     if (isGlaze) gl.blendFuncSeparate(gl.ZERO, gl.SRC_COLOR, gl.ZERO, gl.ONE);
     else gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    const lays = this.isMade(i) ? this._madeLays(i) : this._lays[i];
+    const lays = this._laysOf(i);
     this._layPass(lays.color, i, false);
     if (hasHeight || hasDepth) this._bindTarget("detail");
     for (const isHeight of [true, false]) {
@@ -162,87 +160,6 @@ class Canvas {
     }
     gl.colorMask(true, true, true, true);
     gl.disable(gl.BLEND);
-  }
-
-  /** Whether a coat has an effect that can be made as a whole. */
-  get hasEffects() {
-    return this._canMake && this._plans.some(({ hasBlacks, hasLayers }) => hasBlacks || hasLayers);
-  }
-
-  /** Whether a coat has an effect that is made as a whole in this picture. */
-  isMade(i) {
-    const { hasBlacks, hasLayers } = this._plans[i];
-    return (hasBlacks || hasLayers) && this._canMake && this._picture.isWhole;
-  }
-
-  /** The camera of the picture that an effect is made of: those of washes and rubbed tones have a limit. */
-  cameraOf(i, camera) {
-    const { width, height, fx, fy, cx, cy } = camera;
-    const step = this._plans[i].hasLayers ? Math.max(1, Math.sqrt((width * height) / MOST_MADE)) : 1;
-    const lens = { fx: fx / step, fy: fy / step, cx: cx / step, cy: cy / step };
-    return new PageCamera({ ...camera, ...lens, width: Math.ceil(width / step), height: Math.ceil(height / step) });
-  }
-
-  /** Make a coat, from boxes in the picture of `cameraOf`, which has a pixel for `step` along a side, in its bound target. */
-  make(i, boxes, count, camera, step) {
-    const painted = paintSoftly(boxes, count, camera.width, camera.height), { washes, rub } = this._header.coats[i];
-    if (rub) this._layRub(i, makeRub(rub, painted, camera, step), camera, step);
-    else if (this._plans[i].hasLayers) this._layWashes(i, makeWashes(washes, painted, camera), camera, step);
-    else this._makeBlacks(i, painted);
-  }
-
-  _makeBlacks(i, painted) {
-    const { gl, _picture: { width, height, middle } } = this;
-    const { colors, depths } = painted, apart = new Float32Array(2 * depths.length);
-    makeBlacks(this._header.coats[i].blacks, painted);
-    for (let k = 0; k < depths.length; k++) apart[2 * k + 1] = colors[4 * k + 3] * (depths[k] - middle);
-    const { coat, coatDetail } = this._targets.textures;
-    for (const [texture, format, numbers] of [[coat, gl.RGBA, colors], [coatDetail, gl.RG, apart]]) {
-      this._bindTexture(0, texture);
-      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, format, gl.FLOAT, upsideDown(numbers, height));
-    }
-  }
-
-  _layWashes(i, layers, size, step) {
-    const { gl } = this, { surface, coats } = this._header, { washes } = coats[i].washes;
-    this._layMade(i, "wash.frag", layers, size, step, (at) => {
-      gl.uniform1f(at.uGrain, washes.grain);
-      gl.uniform2f(at.uLightNoise, washes.light_noise[0] / washes.light[1], washes.most);
-      gl.uniform3fv(at.uGround, surface?.color ?? [1, 1, 1]);
-      gl.uniform1f(at.uTone, surface === null ? 0 : surface.strength * DEVIATIONS[surface.kind].tone);
-    });
-  }
-
-  _layRub(i, layers, size, step) {
-    const { gl } = this, { surface, coats } = this._header, { paper, black } = coats[i].rub;
-    this._layMade(i, "rub.frag", layers, size, step, (at) => {
-      gl.uniform3fv(at.uPaper, paper);
-      gl.uniform3fv(at.uInk, black);
-      gl.uniform1f(at.uTooth, surface === null ? 0 : SHARED.RUB_TOOTH);
-    });
-  }
-
-  /** Lay layers [height, width, 4] that were made of a coat, of fewer pixels than the picture, in its bound target. */
-  _layMade(i, fragment, layers, { width, height }, step, setUniforms) {
-    const { gl, _picture: picture } = this, { isGlaze, hasDetail } = this._plans[i];
-    const { handle, at } = this._program(fragment, { GLAZE: isGlaze, DEPTH: hasDetail });
-    const textures = layers.map((numbers) => {
-      const texture = newTexture(gl, gl.LINEAR);
-      const rows = upsideDown(numbers, height);
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, width, height, 0, gl.RGBA, gl.FLOAT, rows);
-      return texture;
-    });
-    gl.useProgram(handle);
-    this._bindTexture(2, this._pattern?.texture);
-    textures.forEach((texture, k) => this._bindTexture(k, texture));
-    gl.activeTexture(gl.TEXTURE0);
-    gl.uniform2f(at.uShare, 1 / (step * width), 1 / (step * height));
-    gl.uniform1f(at.uLift, step * height - picture.height);
-    gl.uniform1f(at.uMiddle, picture.middle);
-    setUniforms(at);
-    gl.disable(gl.BLEND);
-    gl.drawArrays(gl.TRIANGLES, 0, 3);
-    for (const texture of textures) gl.deleteTexture(texture);
   }
 
   /** Compose ground, glazes, paint and light in the target. */
@@ -286,9 +203,9 @@ class Canvas {
     for (const program of this._programs.values()) program.dispose();
   }
 
-  /** The programs that lay a coat whose effect was made in its target. */
-  _madeLays(i) {
-    return this._layPrograms({ ...this._plans[i], isHiding: false, hasBlacks: false });
+  /** The programs that lay a coat that was drawn. */
+  _laysOf(i) {
+    return this._lays[i];
   }
 
   _layPrograms({ isDirect, isGlaze, isPressed, isHiding, hasBlacks, hasDetail }) {
@@ -537,58 +454,6 @@ class Canvas {
     for (const framebuffer of Object.values(framebuffers)) gl.deleteFramebuffer(framebuffer);
     this._targets = { width: 0, height: 0, textures: {}, framebuffers: {} };
   }
-}
-
-/**
- * Decide for each coat where it is drawn, and what it leaves beside its colour.
- *
- * @param {boolean} isHalf whether floats can be drawn: else there is neither height nor depth
- */
-function planOf({ coats, surface, lamp }, isHalf) {
-  const isWoven = isHalf && surface !== null && surface.kind !== "flat";
-  const isRaised = isWoven && surface.strength > 0;
-  const _isLit = isHalf && lamp !== null && (isRaised || coats.some(({ relief }) => relief !== null));
-  const firstCover = coats.findIndex(({ blend }) => blend === "cover");
-  const hasPaint = (i) => firstCover >= 0 && i > firstCover;
-  const isTested = coats.map(({ tolerance }, i) => isHalf && tolerance !== null && hasPaint(i));
-  const lastTested = isTested.lastIndexOf(true);
-  let hasHeights = false;
-  const _plans = coats.map((coat, i) => {
-    const isGlaze = coat.blend === "glaze";
-    const isPressed = surface !== null && coat.dry > 0;
-    const hasHeight = !isGlaze && _isLit && coat.relief !== null;
-    const hasDepth = !isGlaze && (i < lastTested || (isHalf && Boolean(coat.blacks)));
-    const hasDetail = hasHeight || hasDepth;
-    const { isHiding } = coat, hasLayers = Boolean(coat.rub || coat.washes) && !coat.motion;
-    const isDirect = !(hasLayers || isGlaze || isPressed || isHiding || isTested[i] || (hasHeights && hasDetail));
-    hasHeights ||= hasHeight;
-    const hasBlacks = Boolean(coat.blacks);
-    return { isGlaze, isPressed, isHiding, hasBlacks, hasLayers, isTested: isTested[i], hasHeight, hasDepth, hasDetail, isDirect };
-  });
-  return {
-    _plans,
-    _isLit,
-    _hasPattern: isRaised || (isWoven && _plans.some(({ isPressed, hasLayers }) => isPressed || hasLayers)),
-    _hasDetail: _plans.some(({ hasDetail }) => hasDetail),
-    _hasGlaze: _plans.some(({ isGlaze }) => isGlaze),
-    _isStraight: !_isLit && _plans.every(({ isDirect }) => isDirect),
-  };
-}
-
-/** Fill the weights of a blur, from the middle out, and return its reach: rendering/light.py `blur_taps`. */
-function blurTaps(weights, deviation) {
-  const reach = deviation > 1 / 6 ? Math.min(MOST_REACH, Math.ceil(SHARED.LIGHT_REACH * deviation - 0.5)) : 0;
-  weights.fill(0);
-  let total = 0;
-  for (let k = -reach; k <= reach; k++) total += Math.exp(-0.5 * (k / Math.max(deviation, 1e-9)) ** 2);
-  for (let k = 0; k <= reach; k++) weights[k] = Math.exp(-0.5 * (k / Math.max(deviation, 1e-9)) ** 2) / total;
-  return reach;
-}
-
-function upsideDown(numbers, height) {
-  const width = numbers.length / height, result = new numbers.constructor(numbers.length);
-  for (let y = 0; y < height; y++) result.set(numbers.subarray(y * width, (y + 1) * width), (height - 1 - y) * width);
-  return result;
 }
 
 function newFramebuffer(gl, textures) {

@@ -434,7 +434,7 @@ function percent(share) {
 }
 
 // The app is made by a later script, and begins when the page was read.
-document.addEventListener("DOMContentLoaded", () => setTimeout(async () => {
+globalThis.document?.addEventListener("DOMContentLoaded", () => setTimeout(async () => {
   const app = window.brushgs;
   await app.ready;
   if (!app.panel) return; // it has said why

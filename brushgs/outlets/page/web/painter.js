@@ -26,7 +26,7 @@ class Painter {
     this._atlas = atlas ?? new Atlas(gl, header, arrays, this._onSharper);
     this._noise = newNoise(gl);
     this._coats = header.coats.map((coat) => new CoatPainter(gl, coat, arrays, this._atlas, this._noise));
-    this._canvas = new Canvas(gl, header, arrays);
+    this._canvas = new EffectCanvas(gl, header, arrays);
     this._sources = []; // made when they are needed
     this._motion = new Motion(contents);
     this.move(this._seconds ?? 0);
@@ -56,15 +56,15 @@ class Painter {
    *     would float before eyes that stand in the scene. Its ground is white where `ground` is true.
    *     underpaintStep: 0 for underpaint among the strokes, as `render` has it; else that of a coat is one layer
    *     below all strokes of the coat, with one pixel for so many along a side: most of the fragments are saved.
-   *     isWhole: whether effects of coats, such as spot blacks, are made as `render` does, which takes some tenths
-   *     of a second; else coarsely, by shaders.
+   *     isWhole: whether effects of coats, such as spot blacks, are made as `render` does, which takes seconds;
+   *     else coarsely, by shaders. made: what `makeEffect` made of the jobs of `jobs`; null to make it here.
    *     highlight: a `Part`, see highlight.js: a veil lies over what does not belong to it; null for none.
    */
   paint(camera, { head = camera, order = "depth", share = 1, brush = null, ground = true, target = null,
     viewport = null, isBare = false, highlight = null, underpaintStep = 0,
-    isWhole = !isBare } = {}) {
+    isWhole = !isBare, made = null } = {}) {
     const { gl, _drawing: drawing } = this;
-    if (isBare) this._bareCanvas ??= new Canvas(gl, bareHeader(this.contents.header), this.contents.arrays);
+    if (isBare) this._bareCanvas ??= new EffectCanvas(gl, bareHeader(this.contents.header), this.contents.arrays);
     const canvas = isBare ? this._bareCanvas : this._canvas;
     const [x, y, width, height] = viewport ?? [0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight];
     const highlighter = highlight && (this._highlighter ??= new Highlighter(gl));
@@ -80,14 +80,23 @@ class Painter {
         drawing.part = "strokes";
       }
       if (canvas.isMade(i)) {
-        const made = canvas.cameraOf(i, camera);
-        canvas.make(i, this._sourceOf(i).boxes(made, head, brush), coat.countOf(share), made, camera.fx / made.fx);
+        canvas.layEffect(i, made?.[i] ?? makeEffect(this._jobOf(i, canvas, camera, { head, share, brush })));
       } else coat.draw(camera, head, drawing);
       highlighter?.add(i, coat, camera, head, drawing);
       canvas.lay(i);
     });
     canvas.finish();
     highlighter?.finish({ width, height, x, y, target });
+  }
+
+  /** For each coat what `makeEffect` needs for a picture, or null; options are those of `paint`. */
+  jobs(camera, { head = camera, share = 1, brush = null } = {}) {
+    return this._coats.map((_, i) => this._jobOf(i, this._canvas, camera, { head, share, brush }));
+  }
+
+  _jobOf(i, canvas, camera, { head, share, brush }) {
+    const boxesOf = (made) => this._sourceOf(i).boxes(made, head, brush);
+    return canvas.jobOf(i, camera, boxesOf, this._coats[i].countOf(share));
   }
 
   /** Whether strokes are drawn a second time behind themselves. */

@@ -1,0 +1,102 @@
+// A canvas whose coats may have effects, which are made as a whole where a picture rests: made.js computes them.
+
+const MOST_MADE = 500000; // pixels of washes and rubbed tones that are made, in some tenths of a second
+
+/** A `Canvas` that lays effects that were made. */
+class EffectCanvas extends Canvas {
+  /** Whether a coat has an effect that can be made as a whole. */
+  get hasEffects() {
+    return this._plans.some((_, i) => this._kindOf(i) !== null);
+  }
+
+  /** Whether a coat has an effect that is made as a whole in this picture. */
+  isMade(i) {
+    return this._picture.isWhole && this._kindOf(i) !== null;
+  }
+
+  /**
+   * What the effect of a coat is made of: see `makeEffect`.
+   *
+   * @param {PageCamera} camera of the picture
+   * @param {function} boxesOf a camera, see `CoatPainter.boxes`: effects of layers are made of fewer pixels
+   * @param {number} count of the boxes that are painted
+   * @returns {?object} numbers and arrays; null where the coat has no effect
+   */
+  jobOf(i, camera, boxesOf, count) {
+    const kind = this._kindOf(i);
+    if (kind === null) return null;
+    const { width, height, fx, fy, cx, cy } = camera;
+    const step = kind === "blacks" ? 1 : Math.max(1, Math.sqrt((width * height) / MOST_MADE));
+    const lens = { fx: fx / step, fy: fy / step, cx: cx / step, cy: cy / step };
+    const made = { ...camera, ...lens, width: Math.ceil(width / step), height: Math.ceil(height / step) };
+    const facts = this._header.coats[i][kind], middle = camera.viewmat[11];
+    return { kind, facts, boxes: boxesOf(new PageCamera(made)), count, camera: made, step, middle };
+  }
+
+  /** Lay what `makeEffect` made of a coat in the target of the coat, which is bound. */
+  layEffect(i, made) {
+    const lays = { blacks: this._layBlacks, washes: this._layWashes, rub: this._layRub };
+    lays[this._kindOf(i)].call(this, i, made);
+  }
+
+  _kindOf(i) {
+    const { hasBlacks, hasLayers } = this._plans[i];
+    if (!this._canMake || !(hasBlacks || hasLayers)) return null;
+    return !hasLayers ? "blacks" : this._header.coats[i].rub ? "rub" : "washes";
+  }
+
+  /** An effect that was made needs none of the programs that stand in for it. */
+  _laysOf(i) {
+    if (!this.isMade(i)) return super._laysOf(i);
+    return this._layPrograms({ ...this._plans[i], isHiding: false, hasBlacks: false });
+  }
+
+  _layBlacks(i, { width, height, layers }) {
+    const { gl } = this, { coat, coatDetail } = this._targets.textures;
+    for (const [texture, format, numbers] of [[coat, gl.RGBA, layers[0]], [coatDetail, gl.RG, layers[1]]]) {
+      this._bindTexture(0, texture);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, format, gl.FLOAT, numbers);
+    }
+  }
+
+  _layWashes(i, made) {
+    const { gl } = this, { surface, coats } = this._header, { washes } = coats[i].washes;
+    this._layLayers(i, "wash.frag", made, (at) => {
+      gl.uniform1f(at.uGrain, washes.grain);
+      gl.uniform2f(at.uLightNoise, washes.light_noise[0] / washes.light[1], washes.most);
+      gl.uniform3fv(at.uGround, surface?.color ?? [1, 1, 1]);
+      gl.uniform1f(at.uTone, surface === null ? 0 : surface.strength * DEVIATIONS[surface.kind].tone);
+    });
+  }
+
+  _layRub(i, made) {
+    const { gl } = this, { surface, coats } = this._header, { paper, black } = coats[i].rub;
+    this._layLayers(i, "rub.frag", made, (at) => {
+      gl.uniform3fv(at.uPaper, paper);
+      gl.uniform3fv(at.uInk, black);
+      gl.uniform1f(at.uTooth, surface === null ? 0 : SHARED.RUB_TOOTH);
+    });
+  }
+
+  /** Lay layers [height, width, 4] of fewer pixels than the picture. */
+  _layLayers(i, fragment, { width, height, step, layers }, setUniforms) {
+    const { gl, _picture: picture } = this, { isGlaze, hasDetail } = this._plans[i];
+    const { handle, at } = this._program(fragment, { GLAZE: isGlaze, DEPTH: hasDetail });
+    const textures = layers.map((numbers) => {
+      const texture = newTexture(gl, gl.LINEAR);
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, width, height, 0, gl.RGBA, gl.FLOAT, numbers);
+      return texture;
+    });
+    gl.useProgram(handle);
+    this._bindTexture(2, this._pattern?.texture);
+    textures.forEach((texture, k) => this._bindTexture(k, texture));
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform2f(at.uShare, 1 / (step * width), 1 / (step * height));
+    gl.uniform1f(at.uLift, step * height - picture.height);
+    gl.uniform1f(at.uMiddle, picture.middle);
+    setUniforms(at);
+    gl.disable(gl.BLEND);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    for (const texture of textures) gl.deleteTexture(texture);
+  }
+}
