@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from brushgs.brushes.brush_set import BrushSet
+from brushgs.outlets.page.html import page_script
 from brushgs.rendering.tonal import Blacks
 from brushgs.still_life import still_life_camera
 from tests.kit.for_each import for_each
@@ -70,3 +71,19 @@ def test_a_browser_that_lets_a_page_have_no_workers_makes_effects_in_it(open_pag
     shown = at_rest(page)
     assert page.evaluate("brushgs._workers._script") is None
     assert np.array_equal(made_in_the_page(page), shown)
+
+
+ANSWER = """(script) => new Promise((resolve) => {
+  const worker = new Worker(URL.createObjectURL(new Blob([script])));
+  worker.onmessage = ({ data }) => resolve(data.layers.map((layer) => layer.length));
+  worker.onerror = ({ message }) => resolve(message);
+  const camera = { viewmat: Array(16).fill(0), fx: 1, fy: 1, cx: 1, cy: 1, width: 2, height: 3, near: 0 };
+  const facts = { threshold: 0.5, leastArea: 0, ink: [0, 0, 0], paper: [1, 1, 1] };
+  const nothing = { boxes: new Float32Array(0), count: 0 };
+  worker.postMessage({ kind: "blacks", facts, ...nothing, camera, step: 1, middle: 0 });
+})"""
+
+
+@for_each("live", [False, True])
+def test_a_worker_runs_the_script_of_a_page_and_that_of_the_studio(open_page, live):
+    assert open_page("about:blank").evaluate(ANSWER, page_script(live=live)) == [4 * 6, 2 * 6]

@@ -1,7 +1,7 @@
 // The studio: what the page of `brushgs view` has beside that of a file. Its server makes the strokes anew.
 
 // The token leaves the address before anything else can fail; the cookie has it, and a link keeps its view.
-history.replaceState(null, "", `/${location.hash}`);
+globalThis.history?.replaceState(null, "", `/${location.hash}`);
 
 const SEND_AFTER = 150; // ms that a slider rests before its value is sent
 const WIDE = "(min-width: 900px)"; // there the studio stands beside the picture, else over it
