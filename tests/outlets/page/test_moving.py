@@ -18,6 +18,7 @@ from tests.outlets.page.page_file import settle, violations, wait_until, write_p
 from tests.outlets.page.read import read_page
 from tests.outlets.page.studio import encoded
 
+COPY = ["clipboard-read", "clipboard-write"]
 CALM = {"reduced_motion": "reduce"}
 CONFIG = PaintConfig.of(
     {
@@ -79,7 +80,7 @@ def shot(page):
 
 
 def test_it_is_scrubbed_stepped_and_played_and_its_link_keeps_the_moment(open_page, tmp_path, moving):
-    page = open_page(write_page(tmp_path / "a.html", moving[1]), **CALM)
+    page = open_page(write_page(tmp_path / "a.html", moving[1]), **CALM, permissions=COPY)
     page.evaluate("brushgs.ready")
     assert page.evaluate("brushgs.player.isPlaying") is False  # where motion is reduced
     start = shot(page)
@@ -94,6 +95,11 @@ def test_it_is_scrubbed_stepped_and_played_and_its_link_keeps_the_moment(open_pa
     page.keyboard.press("Escape")
     page.evaluate("location.hash = '#t=0.05'")
     wait_until(page, "Math.abs(brushgs.player.seconds - 0.05) < 1e-9")
+    page.evaluate("brushgs.contents.header.command.options.push('--time=0.4', '--keep', '1')")
+    page.evaluate("brushgs.panel.copyCommand()")
+    command = page.evaluate("navigator.clipboard.readText()")
+    assert " --keep 1 --time 0.05 " in command  # in place of the moment of the options
+    assert "0.4" not in command.split("--size")[0]
     assert violations(page) == []
     page.evaluate("brushgs.player.seek(0)")
     page.locator("#play").click()

@@ -44,21 +44,24 @@ function isPlainLens(camera) {
  *
  * @param {object} header of the page
  * @param {PageCamera} camera in the size of the picture
+ * @param {?number} seconds from the start of a clip; null for what the options say
  * @returns {string} one line for a shell; with `CAMERA_FILE` in it where flags cannot say the view
  */
-function commandLine(header, camera) {
+function commandLine(header, camera, seconds = null) {
   const { scene, options } = header.command;
+  const [left, time] = seconds === null ? [VIEW_FLAGS, []]
+    : [new Set([...VIEW_FLAGS, "--time"]), ["--time", String(Number(seconds.toFixed(3)))]];
   const view = isPlainLens(camera) ? viewFlags(header, camera) : ["--camera-file", CAMERA_FILE];
   const name = scene.startsWith("-") ? `./${scene}` : scene;
-  return ["brushgs", "render", name, ...withoutView(options), ...view].map(shellQuoted).join(" ");
+  return ["brushgs", "render", name, ...without(left, options), ...time, ...view].map(shellQuoted).join(" ");
 }
 
-/** Options without those of the view; each of them takes one value, after a space or "=". */
-function withoutView(options) {
+/** Options without some flags; each of them takes one value, after a space or "=". */
+function without(flags, options) {
   const kept = [];
   for (let i = 0; i < options.length; i++) {
-    if (VIEW_FLAGS.has(options[i])) i++;
-    else if (!VIEW_FLAGS.has(options[i].split("=", 1)[0])) kept.push(options[i]);
+    if (flags.has(options[i])) i++;
+    else if (!flags.has(options[i].split("=", 1)[0])) kept.push(options[i]);
   }
   return kept;
 }

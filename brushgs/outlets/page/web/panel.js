@@ -161,9 +161,9 @@ class Panel {
   /** Copy the command of this view; where flags cannot say it, its camera file is saved too. */
   async copyCommand() {
     this._links.close();
-    const { header } = this.app.contents;
+    const { contents: { header }, player } = this.app;
     const camera = this.app.pictureCamera();
-    const line = commandLine(header, camera);
+    const line = commandLine(header, camera, player.duration > 0 ? player.seconds : null);
     const needsFile = !isPlainLens(camera);
     if (needsFile) this.saveCamera();
     const place = needsFile ? `; it reads ${CAMERA_FILE}, which was saved` : "";
