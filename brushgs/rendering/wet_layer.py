@@ -38,6 +38,9 @@ LEAST_LOST = 0.15  # score of the darkest that may: against white paper an outli
 # Of the coverage blurred over `LOSS` the mean inside, within some widths: up to the first a part is thin, and
 # not lost. Along a straight edge it is 0.85; in a strip as wide as `LOSS`, 0.46.
 NEARBY, THIN, THICK = 2.0, 0.55, 0.75
+# Holes in the paint of a room: reach of the colours that fill them, over the diagonal, and the share of paint
+# within it up to which a hole is open and stays bare, and from which it is closed.
+HOLE, OPEN, CLOSED = 0.02, 0.2, 0.5
 # The wash of a shadow: coverage by its strokes at its edge, variation of that by the noise, range of coverage
 # over which it fades; and its least density.
 SHADOW_EDGE, SHADOW_WANDER, SHADOW_SOFTNESS, SHADOW_LEAST = 0.20, 0.04, 0.12, 0.5
@@ -220,7 +223,10 @@ class WetLayer(_Running):
         noise = part.noise(self.anchor)
         focus = np.where(part.alpha > 0, in_focus(noise[..., 2]), 0).astype(part.rgb.dtype)
         noise[..., 2] = focus
-        colors = self.key.colors(part.rgb, part.alpha)
+        rgb, alpha = part.rgb, part.alpha
+        if self.is_room:
+            rgb, alpha = _without_holes(rgb, alpha, self.key.solid, part.diagonal)
+        colors = self.key.colors(rgb, alpha)
         wetness = np.clip(0.5 * noise[..., 1] + 0.45, 0, 1) * (1 - 0.85 * focus)
         smoothed = [self._smoothed(colors, one, part.diagonal, wetness, focus) for one in self.smoothing]
         return noise, _parted(smoothed, noise, self.washes)
@@ -231,6 +237,21 @@ class WetLayer(_Running):
         loose = (1 + wash.loose * (1 - focus)) * (wash.edge / sigma)
         hold = (1 - 0.92 * np.minimum(wash.wet * wetness, 1)) / loose
         return smooth(colors.copy(), sigma, guide=colors, hold=hold.astype(colors.dtype))
+
+
+def _without_holes(rgb: Array, alpha: Array, solid: float, diagonal: float) -> tuple[Array, Array]:
+    """Premultiplied colours and coverage of a room, its holes in the colours of the paint around them.
+
+    The night behind a window is often no paint at all, which would be chips of bare paper between dark panes.
+    What no paint surrounds stays bare.
+    """
+    laid = np.minimum(solid * alpha, 1)
+    colors = rgb / np.maximum(alpha, np.finfo(rgb.dtype).tiny)[..., None] * laid[..., None]
+    around, near = (smooth(plane, HOLE * diagonal) for plane in (colors, laid[..., None].copy()))
+    missing = np.maximum(1 / solid - alpha, 0) * smoothstep((near[..., 0] - OPEN) / (CLOSED - OPEN))
+    lift = missing.astype(rgb.dtype)
+    filled = rgb + lift[..., None] * around / np.maximum(near, np.finfo(rgb.dtype).tiny)
+    return filled, alpha + lift
 
 
 def _losable(alpha: Array, diagonal: float) -> tuple[Array, Array]:

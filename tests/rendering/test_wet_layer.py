@@ -185,3 +185,14 @@ def test_the_lightest_part_of_an_outline_is_lost_and_what_is_thin_or_dark_keeps_
     assert left[60, 44:48].min() > 0.75  # likewise in the dark
     assert left[60, 48:120].min() > 0.9
     assert left[60, 199:202].min() > 0.98
+
+
+def test_the_night_behind_a_window_is_no_bare_paper_but_what_no_paint_surrounds_is():
+    """A dark wall with a hole of 8 x 8 pixels in it, whose right third is not painted at all."""
+    size = 120, 240
+    alpha = np.ones(size, np.float32)
+    alpha[56:64, 76:84] = alpha[:, 160:] = 0
+    frame = Frame(0.1 * alpha[..., None].repeat(3, axis=2), alpha, np.full(size, 4, np.float32))
+    laid = WetLayer(KEY, ANCHOR, is_room=True)(frame, camera_of(*size), None).over((1, 1, 1))
+    assert laid[56:64, 76:84].max() < 0.5
+    assert laid[40:80, 200:].min() > 0.95
