@@ -6,12 +6,18 @@ import numpy as np
 import pytest
 
 import brushgs as bg
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.options.look_parts import ColorConfig
+from brushgs.options.media import Charcoal
 from brushgs.passes.color.squint import Squint, squinted
+from brushgs.pipeline.media.materials import Materials
+from brushgs.pipeline.media.squinting import value_errors
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
+from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.plain import plain_views
 from brushgs.still_life import still_life_camera
-from brushgs.values.sh import base_colors, seen_from, sh_basis
+from brushgs.values.sh import C0, base_colors, seen_from, sh_basis
 from tests.kit.configs import blind
 from tests.scenes import still_life_of
 
@@ -52,9 +58,9 @@ def correlation(picture):
 
 
 def test_the_picture_has_the_range_of_a_drawing_and_the_masses_of_the_scene(picture):
-    """Here 0.77, with few strokes; of captured scenes 0.88 to 0.99."""
+    """Here 0.85, with few strokes; of captured scenes 0.91 to 0.99."""
     assert Squint.of(picture.rgb, plain_views(SCENE, [CAMERA]).frames[0].alpha).range >= 40
-    assert correlation(picture) >= 0.74
+    assert correlation(picture) >= 0.82
 
 
 def test_masses_are_those_of_colours_as_the_view_shows_them():
@@ -93,3 +99,21 @@ def test_a_frame_alone_is_that_of_any_number_of_threads_and_depends_on_its_view_
     np.testing.assert_array_equal(drawn.painting.frame(CAMERA).rgb, picture.rgb)
     one = prepare(SCENE, config_of(draw={"threads": 1}), Report(), views=CAMERA)
     np.testing.assert_array_equal(one.painting.frame(CAMERA).rgb, picture.rgb)
+
+
+def test_value_errors_are_what_masses_lack_to_a_line_of_those_of_the_scene():
+    """Three soft bands that fill a picture; one drawing has them as they are, one its middle one too dark."""
+    camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), width=120, height=60)
+
+    def bands(*greys):
+        sh = (np.array(greys)[:, None, None].repeat(3, axis=2) - 0.5) / C0
+        means, scales = np.array([(-3.5, 0, 0), (0, 0, 0), (3.5, 0, 0)]), np.tile([1.9, 9, 0.1], (3, 1))
+        return bg.Gaussians(means, np.tile([1.0, 0, 0, 0], (3, 1)), scales, np.ones(3), sh)
+
+    kernel, scene = StrokeTexture.open("gaussian"), bands(0.1, 0.5, 0.6)
+    options = RenderOptions.of(kernel)
+    materials = Materials(scene, kernel, options, Charcoal(), ColorConfig(), None, cameras=[camera])
+    assert abs(value_errors(materials, [materials.smudge("as it is", scene)])).max() < 0.01
+    left, middle, right = value_errors(materials, [materials.smudge("dark", bands(0.1, 0.2, 0.6))])
+    assert middle > 0.05
+    assert max(left, right) < 0

@@ -1,0 +1,72 @@
+"""Correct the values of a drawing by looking at it and its motif through half-closed eyes, as painters do."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from brushgs.brushes.texture import StrokeTexture
+from brushgs.passes.color.squint import HIGH, LOW, lab_of, squinted
+from brushgs.passes.groups import add_rows
+from brushgs.passes.seen import some_small
+from brushgs.pipeline.media.materials import MOST_VIEWS, SIDE, Materials
+from brushgs.rendering.canvas import Painting
+from brushgs.rendering.coat import Coat
+from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
+from brushgs.rendering.visibility import painted_sums
+from brushgs.values.arrays import F64, Array
+
+RANGE, MOST_OPENED = 42.0, 1.5  # of values, L*, below which a drawing is opened, and how far at once
+SOLID = 0.5  # coverage of the pixels whose lights stay
+LEAST_SPREAD = 1e-3  # of squinted lightness: a scene of one value has nothing to correct
+
+
+def value_errors(materials: Materials, coats: Sequence[Coat]) -> F64:
+    """How much too dark a drawing is at each stroke, for the half-closed eye.
+
+    Both the strokes as soft paint and the drawing are blurred as by `Squint`, over the strokes alone. The
+    values to reach are a linear function of those of the strokes: mean and contrast stay those of the
+    drawing, the order of its masses becomes that of the scene. Where the drawing on its paper has less than
+    `RANGE`, its darks get darker, at most `MOST_OPENED` times as far from its lights.
+
+    Args:
+        materials: N strokes, and the views of the job.
+        coats: of the drawing.
+
+    Returns:
+        [N] L* / 100 that is missing, mean over small views by what they show of a stroke; 0 if none does.
+    """
+    strokes, kernel, painting = materials.shown, StrokeTexture.open("gaussian"), Painting.alone(tuple(coats))
+    options, paper = RenderOptions.of(kernel), np.asarray(materials.paper)
+    missing, areas = np.zeros(len(strokes)), np.zeros(len(strokes))
+    for camera in some_small(materials.cameras, MOST_VIEWS, SIDE):
+        boxes, _ = project_with(strokes, camera, options)
+        plain, drawn = rasterize_with(boxes, camera, kernel, options), painting.frame(camera)
+        opaque = drawn.rgb + (1 - drawn.alpha)[..., None] * paper
+        away = _away(plain.alpha.astype(np.float64), _light(plain.straight_colors()), _light(opaque))
+        sums, shares = painted_sums(boxes, kernel, np.repeat(away[..., None], 3, axis=2), np.ones_like(away))
+        add_rows(missing, boxes.ids, sums[:, 0].astype(np.float64))
+        add_rows(areas, boxes.ids, shares.astype(np.float64))
+    return np.divide(missing, areas, out=missing, where=areas > 0)
+
+
+def _light(rgb: Array) -> F64:
+    """[H, W] L* / 100 of a picture."""
+    inside = np.clip(np.asarray(rgb, np.float64), 0, 1)
+    return np.asarray(lab_of(inside.reshape(-1, 3))[:, 0].reshape(inside.shape[:2]) / 100)
+
+
+def _away(alpha: F64, plain: F64, drawn: F64) -> F64:
+    """[H, W] what squinted values of the drawing lack to the line of those of the strokes."""
+    weight = np.maximum(squinted(alpha), 1e-9)
+    aim, found = (squinted(alpha * light) / weight for light in (plain, drawn))
+    total = max(float(alpha.sum()), 1e-9)
+    own, mean = (float((alpha * values).sum()) / total for values in (aim, found))
+    spread = float((alpha * (aim - own) ** 2).sum()) / total
+    if spread < LEAST_SPREAD**2:
+        return np.zeros_like(aim)
+    contrast = np.sqrt(float((alpha * (found - mean) ** 2).sum()) / total / spread)
+    low, high = np.percentile(squinted(drawn), (LOW, HIGH))
+    opened = np.clip(RANGE / max(100 * float(high - low), 1e-9), 1, MOST_OPENED)
+    aim = mean + contrast * (aim - own)
+    lightest = float(np.percentile(aim[alpha > SOLID], HIGH)) if (alpha > SOLID).any() else mean
+    return np.asarray(lightest + opened * (aim - lightest) - found)
