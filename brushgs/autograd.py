@@ -12,9 +12,9 @@ instead of storing them. Only tensors that require a gradient get one.
 
 Where the derivative does not exist, the gradient is:
 
-- Zero at thresholds: box edges at pixel centres, alphas under 1/255, fragments behind a finished pixel,
-  alphas clamped to 0.99, colours clamped to 0, the choice of image level, culling and order. So the kernel
-  "ellipse" and `filter="nearest"` give gradients to colours, opacities and depths, but not to the shape of a
+- Zero at thresholds: box edges at pixel centers, alphas under 1/255, fragments behind a finished pixel,
+  alphas clamped to 0.99, colors clamped to 0, the choice of image level, culling and order. So the kernel
+  "ellipse" and `filter="nearest"` give gradients to colors, opacities and depths, but not to the shape of a
   box.
 - Zero for the angle of a round ellipse (direction below rounding, 1e-14). Just above, it is as large as 1 /
   anisotropy.
@@ -166,11 +166,11 @@ class Frame:
         """The picture on a background, [H, W, 3].
 
         Args:
-            background: RGB colour [3] or tensor [H, W, 3], display-encoded, 0 to 1; or a colour name or
+            background: RGB color [3] or tensor [H, W, 3], display-encoded, 0 to 1; or a color name or
                 "#rrggbb".
 
         Raises:
-            ValueError: for another shape or an unknown colour.
+            ValueError: for another shape or an unknown color.
         """
         rgb = rgb_of(background) if isinstance(background, str) else background
         behind = torch.as_tensor(rgb, dtype=self.rgb.dtype)
@@ -356,7 +356,7 @@ def moved(gaussians: Gaussians, pose: Pose, *, has_color: bool = True) -> Gaussi
     Args:
         gaussians: N strokes at their reference moments; strokes without an id in the pose do not move.
         pose: poses of strokes at the moment.
-        has_color: whether strokes follow colour changes.
+        has_color: whether strokes follow color changes.
 
     Raises:
         TypeError: if `gaussians` has another type.

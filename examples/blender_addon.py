@@ -10,11 +10,11 @@ Cycles:
     blender -b --python blender_addon.py -- strokes.glb --as-painted --render picture.png
 
 The camera of the file becomes that of the scene, and the picture has its size. Strokes lie on each other a
-hundred deep: Cycles, which stops after 8 of them, is let through 256. Colours are shown as they are,
+hundred deep: Cycles, which stops after 8 of them, is let through 256. Colors are shown as they are,
 without a film look, and what is not painted is transparent. Paint in relief is lit: a scene without lamps
 gets a sun and a gray world.
 
-Blender mixes colours in linear light, where soft edges come out lighter than in a painting of brushgs. "As
+Blender mixes colors in linear light, where soft edges come out lighter than in a painting of brushgs. "As
 painted" mixes them as brushgs does, without lamps: then the picture is that of brushgs without its light,
 but all else that the scene shows is not what Blender means by it.
 """
@@ -164,7 +164,7 @@ def set_up(scene, view_transform):
     scene.render.film_transparent = True
     scene.render.image_settings.file_format = "PNG"
     scene.render.image_settings.color_mode = "RGBA"
-    scene.view_settings.view_transform = view_transform  # not AgX or Filmic, which change colours
+    scene.view_settings.view_transform = view_transform  # not AgX or Filmic, which change colors
     scene.view_settings.look = "None"
 
 
@@ -174,7 +174,7 @@ def is_lit(material):
 
 
 def set_material(material, colors):
-    """Strokes in front of each other in EEVEE too; unlit, in the colours of an attribute, if one is named."""
+    """Strokes in front of each other in EEVEE too; unlit, in the colors of an attribute, if one is named."""
     if hasattr(material, "surface_render_method"):  # Blender 4.2 and newer
         material.surface_render_method = "DITHERED"  # "BLENDED" does not sort within an object
     else:
@@ -189,7 +189,7 @@ def set_material(material, colors):
 
 
 def make_unlit(tree):
-    """Show the colours of a lit material as they are."""
+    """Show the colors of a lit material as they are."""
     nodes, links = tree.nodes, tree.links
     lit = next(node for node in nodes if node.bl_idname == "ShaderNodeBsdfPrincipled")
     output = next(node for node in nodes if node.bl_idname == "ShaderNodeOutputMaterial")
@@ -209,7 +209,7 @@ def let_light_through(thing):
 
 
 def add_display_colors(mesh):
-    """An attribute whose numbers are the display-encoded colours: mixed as such, and shown raw."""
+    """An attribute whose numbers are the display-encoded colors: mixed as such, and shown raw."""
     given = mesh.color_attributes[0]
     values = [0.0] * (4 * len(given.data))
     given.data.foreach_get("color_srgb", values)
@@ -285,7 +285,7 @@ class ImportStrokes(bpy.types.Operator):
     bl_idname, bl_label, bl_options = "brushgs.import_strokes", "brushgs strokes (.glb)", {"UNDO"}
     filepath: bpy.props.StringProperty(subtype="FILE_PATH")
     filter_glob: bpy.props.StringProperty(default="*.glb", options={"HIDDEN"})
-    as_painted: bpy.props.BoolProperty(name="As painted", description="Mix colours as brushgs does")
+    as_painted: bpy.props.BoolProperty(name="As painted", description="Mix colors as brushgs does")
 
     def invoke(self, context, event):
         context.window_manager.fileselect_add(self)
@@ -374,7 +374,7 @@ def main(words):
 def parse(words):
     parser = argparse.ArgumentParser(prog="blender_addon.py")
     parser.add_argument("file", type=Path, help="strokes.glb")
-    parser.add_argument("--as-painted", action="store_true", help="mix colours as brushgs does")
+    parser.add_argument("--as-painted", action="store_true", help="mix colors as brushgs does")
     parser.add_argument("--render", type=Path, metavar="PNG", help="render the picture, by Cycles")
     return parser.parse_args(words)
 

@@ -72,7 +72,7 @@ OPTIONS = (
     "--palette dusk.png",
     "--palette dusk.png --palette-strength 0.5",
 )
-# The two palettes stand for paintings: colours and how many parts of the picture have them.
+# The two palettes stand for paintings: colors and how many parts of the picture have them.
 PALETTES = {
     "autumn.png": (("#20150c", 6), ("#4a2c14", 6), ("#7d4f22", 3), ("#b8863f", 1), ("#dcc28a", 1)),
     "dusk.png": (("#161a2b", 6), ("#2b3550", 6), ("#4c5a78", 3), ("#8b93a3", 1), ("#c58b5a", 1)),
@@ -146,8 +146,8 @@ def main() -> None:
         options_chart(folder, OPTIONS[::3] if args.quick else OPTIONS, chart_cell).save(options, quality=85)
         paintings = PAINTINGS[:2] if args.quick else PAINTINGS
         styled = STYLED[::2] if args.quick else STYLED
-        learnt = chart_cell if args.quick else large
-        styles_chart(folder, paintings, styled, learnt, chart_cell).save(styles, quality=85)
+        learned = chart_cell if args.quick else large
+        styles_chart(folder, paintings, styled, learned, chart_cell).save(styles, quality=85)
         layers_chart(folder, frame).save(layers, quality=85)
         save_animation(moving_picture(folder, args.frames, frame), moving)
         save_animation(film_of_scene(folder, args.frames, frame), film)
@@ -251,7 +251,7 @@ def looks_chart(folder: Path, looks: Sequence[str], size: tuple[int, int]) -> Im
 
 
 def layers_chart(folder: Path, size: tuple[int, int]) -> Image.Image:
-    """The still life in oil, and what its layers hold, as colours."""
+    """The still life in oil, and what its layers hold, as colors."""
     view = write_views([still_camera(size)], folder / "cameras.json")
     frame = bg.paint(folder / "still_life.ply", "oil", camera_file=view, layers="all")
     layers, painted = frame.layers, frame.layers["paint"][..., None]
@@ -272,7 +272,7 @@ def layers_chart(folder: Path, size: tuple[int, int]) -> Image.Image:
 
 
 def colors_of(matte: Matte) -> NDArray[np.float64]:
-    """A matte in colours, one for each thing, mixed as it covers pixels."""
+    """A matte in colors, one for each thing, mixed as it covers pixels."""
     colors = np.random.default_rng(0).uniform(0.1, 1, (len(matte.names) + 1, 3))
     return np.einsum("hwk,hwkc->hwc", matte.coverage, colors[matte.rows])
 
@@ -348,7 +348,7 @@ def write_views(cameras: Iterable[bg.Camera], path: Path) -> Path:
 
 
 def draw_palette(colors: Iterable[tuple[str, int]], path: Path) -> Image.Image:
-    """Vertical bars, each as wide as its colour has parts; written to a file, too."""
+    """Vertical bars, each as wide as its color has parts; written to a file, too."""
     bars = [Image.new("RGB", (3 * parts, 20), color) for color, parts in colors]
     picture = Image.new("RGB", (sum(bar.width for bar in bars), 20))
     for number, bar in enumerate(bars):

@@ -17,7 +17,7 @@ from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.still_life import still_life
 
 SIZE, STROKES = (360, 270), "2500"
-# From, to (shares of the picture), width in pixels, colour and opacity.
+# From, to (shares of the picture), width in pixels, color and opacity.
 LINES = (
     ((0.42, 0.2), (0.425, 0.31), 7.0, (1.0, 0.98, 0.90), 1.0),  # a highlight down the jug
     ((0.37, 0.50), (0.40, 0.61), 3.0, (0.20, 0.03, 0.10), 1.0),  # an edge of the apple

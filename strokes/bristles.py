@@ -109,7 +109,7 @@ def grain(rng, shape, weave=0.35):
 
 
 def canvas(height):
-    """Pixel centres x, y of the supersampled picture, in units of its width."""
+    """Pixel centers x, y of the supersampled picture, in units of its width."""
     size = SUPERSAMPLE * WIDTH
     return np.meshgrid((np.arange(size) + 0.5) / size, (np.arange(round(size * height / WIDTH)) + 0.5) / size)
 

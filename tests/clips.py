@@ -18,7 +18,7 @@ WAY, ANGLE = np.array([0.9, 0.0, 0.0]), 1.2  # of the body, over the whole clip
 
 
 def first_moment():
-    """Coloured patches on a wall, and a body that is red and green."""
+    """Colored patches on a wall, and a body that is red and green."""
     g = np.random.default_rng(5)
     wall = np.column_stack([g.uniform(-1.5, 1.5, (NUM_WALL, 2)), g.normal(0.6, 0.02, NUM_WALL)])
     body = g.normal(0, (0.28, 0.16, 0.1), (NUM_BODY, 3)) - (0.45, 0, 0.4)

@@ -11,7 +11,7 @@ PIXELS = np.random.default_rng(0).random((3, 5, 4), dtype=np.float32)
 
 
 @for_each(("channels", "has_alpha"), [(1, False), (2, True), (3, False), (4, True)])
-def test_pixels_are_colour_and_alpha(channels, has_alpha):
+def test_pixels_are_color_and_alpha(channels, has_alpha):
     pixels = PIXELS[..., :channels]
     rgb, alpha = split_alpha(pixels)
     assert rgb.shape == (3, 5, 3)
@@ -41,18 +41,18 @@ def test_a_flat_picture_is_the_mean_of_paint_and_background_weighed_by_alpha(bac
         ("#1a2B3c", (26, 43, 60)),
     ],
 )
-def test_a_colour_is_given_by_name_or_code(text, expected):
+def test_a_color_is_given_by_name_or_code(text, expected):
     assert rgb_of(text) == tuple(value / 255 for value in expected)
 
 
-def test_every_name_is_a_colour_and_grey_is_gray():
+def test_every_name_is_a_color_and_grey_is_gray():
     for name in COLORS:
         assert rgb_of(name) == rgb_of(name.replace("gray", "grey"))
 
 
 @for_each("text", ["redish", "#12345", "#gggggg", "", "transparent", "#1234567"])
-def test_what_is_no_colour_is_refused_with_those_known(text):
-    with pytest.raises(ValueError, match=r"a colour must be '#rrggbb' or one of white, black, gray, .* got"):
+def test_what_is_no_color_is_refused_with_those_known(text):
+    with pytest.raises(ValueError, match=r"a color must be '#rrggbb' or one of white, black, gray, .* got"):
         rgb_of(text)
 
 

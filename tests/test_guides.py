@@ -78,9 +78,9 @@ def folder(tmp_path_factory):
     scene = still_life_of(1000)
     for name in sorted(SCENES):
         save_upright(scene, path / name)
-    with pytest.warns(bg.SceneWarning, match="does not hold colours that change with the view"):
+    with pytest.warns(bg.SceneWarning, match="does not hold colors that change with the view"):
         bg.save(scene, path / "truck.splat")
-    save_upright(replace(scene, sh=0.8 * scene.sh), path / "a_edited.ply")  # one map: learnt quickly
+    save_upright(replace(scene, sh=0.8 * scene.sh), path / "a_edited.ply")  # one map: learned quickly
     marks = np.random.default_rng(0).random((96, 128, 3)).astype(np.float32)
     marks[:, ::4] = marks[:, :1]
     for name in PAINTINGS:

@@ -264,7 +264,7 @@ def test_resizing_keeps_the_vertical_field_of_view_and_the_middle():
 # Frame
 
 
-def test_a_frame_lies_over_a_colour_or_a_picture():
+def test_a_frame_lies_over_a_color_or_a_picture():
     alpha = np.array([[0.0, 0.25, 1.0]])
     frame = Frame(alpha[..., None] * np.array([0.2, 0.4, 0.8]), alpha)
     over = frame.over((1, 1, 0))
@@ -273,7 +273,7 @@ def test_a_frame_lies_over_a_colour_or_a_picture():
     np.testing.assert_allclose(frame.over(ground), frame.rgb + (1 - alpha[..., None]) * ground)
     np.testing.assert_array_equal(frame.over("#ff0080"), frame.over((1, 0, 128 / 255)))
     np.testing.assert_array_equal(frame.bytes_over("white"), frame.bytes_over((1, 1, 1)))
-    with refused(ValueError, "a colour must be '#rrggbb' or one of white, black"):
+    with refused(ValueError, "a color must be '#rrggbb' or one of white, black"):
         frame.over("redish")
     single = Frame(frame.rgb.astype(np.float32), alpha.astype(np.float32))
     assert single.over((0, 0, 0)).dtype == np.float32
@@ -366,7 +366,7 @@ def test_a_sum_of_gaussians_loses_nothing():
 
 @pytest.fixture
 def half_painted():
-    """Red at half opacity, solid green, nothing; and a colour above 1."""
+    """Red at half opacity, solid green, nothing; and a color above 1."""
     alpha = np.array([[0.5, 1, 0, 1]], np.float32)
     straight = np.array([[[1, 0, 0], [0, 1, 0], [0, 0, 0], [0.25, 2, 0]]], np.float32)
     return Frame(straight * alpha[..., None], alpha)

@@ -9,7 +9,7 @@ from tests.kit.for_each import for_each
 
 @for_each("degree", range(4))
 @for_each("mirror", [1, -1])
-def test_a_turned_gaussian_shows_the_colour_of_the_direction_before(degree: int, mirror: int) -> None:
+def test_a_turned_gaussian_shows_the_color_of_the_direction_before(degree: int, mirror: int) -> None:
     rng = np.random.default_rng([degree, mirror + 1])
     coefficients = rng.normal(size=((degree + 1) ** 2, 3))
     directions = rng.normal(size=(200, 3))

@@ -142,7 +142,7 @@ def test_drawing_makes_the_levels_that_are_used_and_ends_where_pixels_are_finish
     alone = (levels.level_coverage(texture.coverage, *code) for code in used)
     assert_same(made[0], tuple(texture_levels._paired(texels).ravel() for texels in alone))
     # Strokes behind a finished pixel: it ends before the one that would leave less than 1e-4 of its light.
-    # The darkest leaves 0.01 of what reaches it, so at most 0.01 is to come, times the brightest colour.
+    # The darkest leaves 0.01 of what reaches it, so at most 0.01 is to come, times the brightest color.
     size = {"height": 72, "width": 96, "depth": False}
     with_all = bg.rasterize(boxes, texture, min_transmittance=0.0, **size)
     off = np.abs(bg.rasterize(boxes, texture, **size).rgb - with_all.rgb).max()

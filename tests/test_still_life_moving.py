@@ -49,7 +49,7 @@ def test_each_motion_is_there_and_no_step_of_it_is_large(scene, setting):
     assert len(only_lit) > 500
     for before, after in pairwise(moments):
         assert np.abs(after.means - before.means).max() < 0.15
-        in_shadow_edge = np.abs((after.sh - before.sh)[:, 0]).max(axis=1) > 0.6  # by 0.17 of the colour
+        in_shadow_edge = np.abs((after.sh - before.sh)[:, 0]).max(axis=1) > 0.6  # by 0.17 of the color
         assert in_shadow_edge.mean() < 5e-3  # measured: 2e-3
         cosines = (
             (after.quats * before.quats).sum(axis=1)

@@ -135,7 +135,7 @@ class StrokeTexture:
         if self.kind != "image":
             return f"StrokeTexture({self.name!r})"
         h, w = self.coverage.shape
-        more = ("" if self.height is None else ", height") + ("" if self.tint is None else ", colours")
+        more = ("" if self.height is None else ", height") + ("" if self.tint is None else ", colors")
         return f"StrokeTexture({self.name!r}, {w}x{h}{more})"
 
     @property

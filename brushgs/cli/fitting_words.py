@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-HEAD = "in words                 by thresholds on colours and shapes, best first; no language model"
+HEAD = "in words                 by thresholds on colors and shapes, best first; no language model"
 
 
 def table_of_words(words: Sequence[Mapping[str, Any]]) -> Iterator[str]:

@@ -348,7 +348,7 @@ def add_experiment_output(parser: ArgumentParser, name: str, *, is_main: bool = 
 
 
 def add_look(parser: ArgumentParser, *, usual: str = DEFAULT_LOOK) -> None:
-    """Add the look (`args.look`) and its ground, colour and light; `usual` is the default look."""
+    """Add the look (`args.look`) and its ground, color and light; `usual` is the default look."""
     if usual == PLAIN_LOOK:
         parser.set_defaults(usual_look=usual)
     add(parser, LookFlag, defaults={"look": usual} if usual == PLAIN_LOOK else None)

@@ -31,7 +31,7 @@ COMMANDS = {  # module in brushgs.cli.commands -> description
     "demo": "build the example scene and paint it",
     "prune": "keep the most important Gaussians: scene in, scene out",
     "cluster": "merge Gaussians into fewer, larger ones: scene in, scene out",
-    "recolor": "give a scene the colours of a picture: scene and picture in, scene out",
+    "recolor": "give a scene the colors of a picture: scene and picture in, scene out",
     "refine": "fit strokes to the scene, or to a style image: scene in, scene out",
     "style": "learn a style from a painting or an edit, or show a style file",
     "views": "write a sheet with views of a scene from all around, each with its flags",

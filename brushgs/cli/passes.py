@@ -18,7 +18,7 @@ layer to A: there the ground is a layer of its own.
 
 Strokes are blended display-encoded, not in linear light: layers composited in linear light come out \
 lighter at soft edges than the picture. For an exact result encode the parts (sRGB), composite, and decode; \
-deep files (--deep) hold display-encoded colours for that. Grading by a matte, or replacing a whole matte, \
+deep files (--deep) hold display-encoded colors for that. Grading by a matte, or replacing a whole matte, \
 is not affected."""
 
 

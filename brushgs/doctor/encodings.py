@@ -33,7 +33,7 @@ TYPICAL_LOG_SIZE = 0.6
 # and more where they are linear (two synthetic ones: 0.5, 2.8), below -2.2 where they are logarithms.
 LEAST_EVIDENCE = 0.25
 TINY = 1e-30  # replaces linear scales of 0 before taking logarithms
-FLAT, PLANAR = 2.0, 0.7  # middle over shortest axis; 1 - smallest over middle variance of the neighbours
+FLAT, PLANAR = 2.0, 0.7  # middle over shortest axis; 1 - smallest over middle variance of the neighbors
 FEWEST_FLAT = 100
 # Mean |cosine| of shortest axis and surface normal, wxyz minus xyzw: 0.08 to 0.41 (10 to 40 standard errors);
 # negative if the order is xyzw.
@@ -78,13 +78,13 @@ def detect_encoding(columns: Columns) -> Diagnosis:
 def linear_evidence(scales: Array, spacings: Array) -> float:
     """Log-likelihood ratio of linear against logarithmic scales, nats a row; negative for logarithms.
 
-    Decoded correctly, the longest axis is about as long as the distance to the nearest neighbour, and sizes
+    Decoded correctly, the longest axis is about as long as the distance to the nearest neighbor, and sizes
     are log-normal: if raw values are linear, a normal distribution fits their logarithms better than the
     values, for the shortest, middle and longest axes.
 
     Args:
         scales: [n, 3] raw values.
-        spacings: [n] distance to the nearest neighbour, world units.
+        spacings: [n] distance to the nearest neighbor, world units.
     """
     raw = np.sort(scales.astype(np.float64), axis=1)
     if (raw >= 0).mean() < ALMOST_ALL:
@@ -201,15 +201,15 @@ def _detect_opacities(values: Array, encoding: Encoding, add_finding: _AddFindin
 def _detect_colors(values: Array, encoding: Encoding, add_finding: _AddFinding) -> Encoding:
     lows, highs = np.percentile(values, (1, 99), axis=0)
     low, high = lows.min(), highs.max()
-    spread = (highs - lows).max()  # per channel: channels of a plain colour differ
+    spread = (highs - lows).max()  # per channel: channels of a plain color differ
     facts = {"low": float(low), "high": float(high)}
     if ((values >= 0) & (values <= 1)).all(axis=1).mean() >= ALMOST_ALL:
         if spread > SPREAD_COLOR:
             add_finding(
-                "linear-colors", "colours are stored as RGB of 0 to 1, not as SH coefficients", **facts
+                "linear-colors", "colors are stored as RGB of 0 to 1, not as SH coefficients", **facts
             )
             return replace(encoding, colors="rgb")
     elif min(high, spread) > BLINDING and ((values >= 0) & (values <= 255)).all(axis=1).mean() >= ALMOST_ALL:
-        add_finding("byte-colors", "colours are stored as RGB of 0 to 255, not as SH coefficients", **facts)
+        add_finding("byte-colors", "colors are stored as RGB of 0 to 255, not as SH coefficients", **facts)
         return replace(encoding, colors="byte")
     return encoding

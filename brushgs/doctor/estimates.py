@@ -30,13 +30,13 @@ def estimate_up(gaussians: Gaussians, stated: str | None) -> Finding:
 
 
 def estimate_unit(gaussians: Gaussians) -> list[Finding]:
-    """A finding if the subject's size is unlikely in metres: programs that expect metres will misplace it."""
+    """A finding if the subject's size is unlikely in meters: programs that expect meters will misplace it."""
     points, _ = subject(gaussians)
     size = float(np.linalg.norm(np.ptp(points, axis=0)))
     if METRES[0] <= size <= METRES[1]:
         return []
     what = (
-        f"the subject is {size:.3g} units across, which are hardly metres: the file does not state its unit"
+        f"the subject is {size:.3g} units across, which are hardly meters: the file does not state its unit"
     )
     facts = {"size": size, "unit": "unknown", "confidence": "not sure"}
     return [Finding("unit", "note", len(gaussians), 1.0, what, facts)]

@@ -43,7 +43,7 @@ KINDS = {
     "all-dark": Kind("paints it; pruning by contribution ignores brightness", "changes nothing"),
     "all-faint": Kind("paints it, as a haze", "changes nothing"),
     "over-bright": Kind("paints it: PNG and video clip to white, EXR keeps it", "changes nothing"),
-    "unnormalised-quaternions": Kind("normalises them where it uses them", "writes them at length 1"),
+    "unnormalised-quaternions": Kind("normalizes them where it uses them", "writes them at length 1"),
     "empty-sh-bands": Kind("skips SH bands that are zero in every row", "removes the bands"),
     "too-sparse": Kind("paints it", "searches for no floaters"),
     "up-axis": Kind(

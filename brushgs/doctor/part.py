@@ -24,7 +24,7 @@ def describe_part(gaussians: Gaussians, notes: "LoadNotes", config: WhereConfig)
     Returns:
         Name -> number, text or list of numbers, ready for JSON: the number of Gaussians with a weight above 0
         in the part; the weighted share of Gaussians and of the sum of opacities; and the corners of the box
-        around their centres, if there are any.
+        around their centers, if there are any.
 
     Raises:
         ValueError: if a term lacks its cameras or model.

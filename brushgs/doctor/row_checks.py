@@ -7,13 +7,13 @@ from brushgs.formats.scenes.columns import Dropped
 from brushgs.passes.reduce.equal_rows import equal_rows
 from brushgs.values.gaussians import SH_TERMS, Gaussians
 
-# Quantised files (codebooks of 256 scales, colours in 8 bits) have copies by chance: 72 of 94,936 rows of
+# Quantized files (codebooks of 256 scales, colors in 8 bits) have copies by chance: 72 of 94,936 rows of
 # skull (0.08 %). Others have none at all.
 FEW_VALUES = 0.5  # distinct scales over rows
 CHANCE_COPIES = 0.001
-OFF_UNIT = 0.01  # of |length - 1|; trainers that do not normalise quaternions store lengths of 0.5 to 3
+OFF_UNIT = 0.01  # of |length - 1|; trainers that do not normalize quaternions store lengths of 0.5 to 3
 FEWEST_OFF = 0.001
-# Half a step of 8 bits: a smaller difference of colour is less than rounding.
+# Half a step of 8 bits: a smaller difference of color is less than rounding.
 INVISIBLE = 0.5 / 255
 
 
@@ -22,7 +22,7 @@ def check_dropped(dropped: Dropped, total: int) -> list[Finding]:
     findings = []
     if dropped.zeroed is not None:
         row, name, value = dropped.zeroed
-        what = f"rows hold view-dependent colours that are not finite (first: row {row}, {name} = {value:g})"
+        what = f"rows hold view-dependent colors that are not finite (first: row {row}, {name} = {value:g})"
         count = dropped.num_zeroed
         facts = {"first_row": row, "column": name}
         findings.append(Finding("non-finite-colors", "odd", count, count / total, what, facts))
@@ -76,9 +76,9 @@ def check_copies(gaussians: Gaussians, total: int) -> list[Finding]:
 
 
 def check_bands(gaussians: Gaussians) -> list[Finding]:
-    """SH bands, from the highest degree down, that together cannot change a colour visibly.
+    """SH bands, from the highest degree down, that together cannot change a color visibly.
 
-    The band of degree l adds to a colour at most the length of its coefficients times
+    The band of degree l adds to a color at most the length of its coefficients times
     sqrt((2 l + 1) / (4 pi)), by the addition theorem.
     """
     reach = np.zeros((len(gaussians), 3))
@@ -94,7 +94,7 @@ def check_bands(gaussians: Gaussians) -> list[Finding]:
         return []
     bands = f"degree {degree + 1}" if count == 1 else f"degrees {degree + 1} to {gaussians.sh_degree}"
     effect = (
-        "are zero in every row" if not largest else f"change no colour by more than {255 * largest:.2g}/255"
+        "are zero in every row" if not largest else f"change no color by more than {255 * largest:.2g}/255"
     )
     facts = {"degree": degree, "terms": {d: k for k, d in SH_TERMS.items()}[degree], "largest": largest}
     what = f"spherical harmonics of {bands} {effect}"

@@ -25,7 +25,7 @@ NEEDLE_ASPECT, NEEDLE_LENGTH = 100.0, 0.1
 # Mean luminance weighted by painted area. Real scenes: 0.19 (biker) and more. The 99th percentile of their
 # opacities is 0.83 and more, except 0.22 for a firework made by a script.
 DARK = 0.03
-# A base colour component; the share of rows, and of the painted area, above it. Real scenes: at most 0.05 %
+# A base color component; the share of rows, and of the painted area, above it. Real scenes: at most 0.05 %
 # of the rows and 0.01 % of the area (campsite), except the sunflowers, whose glare is 9 % of the rows and
 # 0.2 % of the area.
 BRIGHT, BRIGHT_ROWS, BRIGHT_AREA = 2.0, 0.01, 0.01
@@ -123,7 +123,7 @@ def check_light(gaussians: Gaussians, total: int) -> list[Finding]:
 
 
 def _check_bright(gaussians: Gaussians, total: int) -> list[Finding]:
-    """Colours far above white: odd if they fill a visible part of the painted area."""
+    """Colors far above white: odd if they fill a visible part of the painted area."""
     brightest = 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64).max(axis=1)
     is_bright = brightest > BRIGHT
     count = int(is_bright.sum())

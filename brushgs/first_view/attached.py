@@ -16,11 +16,11 @@ FILLED, MOST_OF_ONE = 0.06, 0.05
 
 
 def with_attached(gaussians: Gaussians, points: F64) -> F64:
-    """Points of the middle of an object, with centres of Gaussians connected to their box by filled voxels.
+    """Points of the middle of an object, with centers of Gaussians connected to their box by filled voxels.
 
     Args:
         gaussians: N Gaussians.
-        points: [n, 3] centres of the middle.
+        points: [n, 3] centers of the middle.
 
     Returns:
         [n or more, 3].

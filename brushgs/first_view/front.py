@@ -1,7 +1,7 @@
 """Estimate the azimuth of a subject's front.
 
 The front-back axis lies in the best mirror plane: within 30 degrees of the true one in 22 of 22 scenes. The
-front is the end that shows more: finer Gaussians, more colours and shapes, and more of the scene. (Left-right
+front is the end that shows more: finer Gaussians, more colors and shapes, and more of the scene. (Left-right
 symmetry of pictures does not help: 6 of 22.)
 """
 
@@ -27,7 +27,7 @@ NEIGHBOUR = 3  # pixel distance for coarse contrast: shapes, not noise
 COLORS = 8  # steps per channel, for entropy
 SOLID = 0.2  # opacity from which a Gaussian should be visible
 SKIN = 0.04  # radii behind the visible surface that still count as visible
-WEIGHTS = np.array([1.0, 1.0, 1.0, 2.0])  # of fineness, colours, contrast and visible share
+WEIGHTS = np.array([1.0, 1.0, 1.0, 2.0])  # of fineness, colors, contrast and visible share
 NARROW, WIDE = 8.0, 2.0  # concentrations of the smoothing over azimuths: 20 and 40 degrees
 SYMMETRIC = 1.08  # best over median likeness; below, there is no mirror plane and detail decides alone
 ONE_SIDED = np.log(2.0)  # log ratio of visible shares of opposite views: a capture from one side
@@ -124,7 +124,7 @@ def wrapped(angle: float) -> float:
 
 
 def _look_around(sample: Sample, up: F64) -> _Around:
-    """Score views around the subject by fineness, colour entropy, contrast and visible share."""
+    """Score views around the subject by fineness, color entropy, contrast and visible share."""
     azimuths = 2 * np.pi * np.arange(NUM_VIEWS) / NUM_VIEWS
     paint_depth, paint = Painter(depth=True), Painter()
     sizes = flat_colors(shaded(sample.gaussians, sample.shades_of_size))
@@ -151,7 +151,7 @@ def _look_around(sample: Sample, up: F64) -> _Around:
 
 
 def _entropy(colors: Array) -> float:
-    """Entropy of colours [n, 3], bits."""
+    """Entropy of colors [n, 3], bits."""
     red, green, blue = (np.clip(colors, 0, 0.999) * COLORS).astype(np.int64).T
     counts = np.bincount((red * COLORS + green) * COLORS + blue)
     shares = counts[counts > 0] / len(colors)

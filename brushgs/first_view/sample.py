@@ -57,7 +57,7 @@ class Sample:
 
     @property
     def places(self) -> F64:
-        """[n, 3] centres relative to the middle, in radii."""
+        """[n, 3] centers relative to the middle, in radii."""
         return np.asarray((self.gaussians.means - self.center) / self.radius)
 
     @property
@@ -133,7 +133,7 @@ def shaded(gaussians: Gaussians, *shades: Array) -> Gaussians:
 
 
 def flat_colors(gaussians: Gaussians) -> Array:
-    """[n, 3] view-independent colours of boxes of degree 0, rounded as by `project`."""
+    """[n, 3] view-independent colors of boxes of degree 0, rounded as by `project`."""
     return np.asarray(np.maximum(C0 * gaussians.sh[:, 0] + 0.5, 0))
 
 
@@ -171,7 +171,7 @@ class Painter:
         return self.frame(self.boxes(gaussians, camera), camera)
 
     def boxes(self, gaussians: Gaussians, camera: Camera) -> Boxes:
-        """The boxes of a camera, to paint several times in other colours."""
+        """The boxes of a camera, to paint several times in other colors."""
         return project_with(gaussians, camera, self.options)[0]
 
     def frame(self, boxes: Boxes, camera: Camera) -> Frame:
@@ -180,12 +180,12 @@ class Painter:
 
 
 def unpremultiplied(frame: Frame) -> Array:
-    """[H, W, 3] colours with straight alpha, 0 to 1."""
+    """[H, W, 3] colors with straight alpha, 0 to 1."""
     return np.asarray(np.clip(frame.rgb / np.maximum(frame.alpha, 1e-3)[..., None], 0, 1))
 
 
 def gradients(shades: Array, mask: Mask) -> Array:
-    """[H - 1, W - 1] length of the gradient between neighbours inside a mask, per pixel."""
+    """[H - 1, W - 1] length of the gradient between neighbors inside a mask, per pixel."""
     across = np.abs(np.diff(shades, axis=1))[:-1] * (mask[:-1, :-1] & mask[:-1, 1:])
     down = np.abs(np.diff(shades, axis=0))[:, :-1] * (mask[:-1, :-1] & mask[1:, :-1])
     return np.asarray(np.hypot(across, down))

@@ -50,7 +50,7 @@ def has_surroundings(gaussians: Gaussians, up: F64) -> bool:
 
 
 def dense_middle(gaussians: Gaussians) -> F64:
-    """[n, 3] centres of Gaussians in the dense middle of a scene, which was photographed from near.
+    """[n, 3] centers of Gaussians in the dense middle of a scene, which was photographed from near.
 
     The box with most of the opacity along each axis, weighted by the number of Gaussians in the voxel.
     """

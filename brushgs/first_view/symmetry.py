@@ -7,7 +7,7 @@ from brushgs.values.arrays import F64
 
 NUM_PLANES = 32  # over half a turn
 BINS = 28  # voxels along a side of the cube of two radii
-SHIFTS = (-0.06, -0.03, 0.0, 0.03, 0.06)  # of the plane from the centre of mass, radii
+SHIFTS = (-0.06, -0.03, 0.0, 0.03, 0.06)  # of the plane from the center of mass, radii
 MOST_POINTS = 30_000
 LARGEST = 0.98  # quantile at which weights are clipped
 

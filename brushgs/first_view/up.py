@@ -1,14 +1,14 @@
 """Probabilities of the six axes to be up.
 
 Photographs are taken from above and from the side, so undersides are badly trained: seen from below Gaussians
-are large and edges few. Objects stand on a foot below a low centre of mass, and on something level. Most
+are large and edges few. Objects stand on a foot below a low center of mass, and on something level. Most
 trainers keep the axes of COLMAP, where up is -y.
 
 Priors, and all weights but the last two (fixed at 0.5), were fitted on 28 trained scenes. On 12 scenes, most
 of them among the 28, each in all 24 axis rotations weighted by prior, `believed_up`
 is right in 90 %, without the last two kinds in 86 %; taking the default if the best axis is below `SURE`, 77
 and 72 %. With weights refitted leaving out the judged scene, 93 and 86 %. Not useful: view dependence,
-brightness and colour, opacity, roughness; nor a narrower, more textured or less forked upper end, in
+brightness and color, opacity, roughness; nor a narrower, more textured or less forked upper end, in
 leave-one-out selection.
 """
 
@@ -169,7 +169,7 @@ def _axes_toward(forward: F64) -> F64:
 
 
 def _stability(heights: F64, level: F64, weights: F64) -> float:
-    """Distance of the centre of mass inside the box of the lowest points, in widths of the sample.
+    """Distance of the center of mass inside the box of the lowest points, in widths of the sample.
 
     Args:
         heights: [n] upwards.

@@ -89,7 +89,7 @@ class _Place:
     """The walkable area of a scene, in level axes: right, down, forward.
 
     Attributes:
-        points: [n, 3] centres of small firm Gaussians.
+        points: [n, 3] centers of small firm Gaussians.
         center: [3] middle of the area.
         half: [3] half sizes of the area.
         unit: typical height of things above the ground.

@@ -99,12 +99,12 @@ def save(value: "Gaussians | Frame", path: str | Path, *, background: str | None
     Args:
         value: the Gaussians or the frame.
         path: the file, see `brushgs.save`.
-        background: colour behind a frame, by name or as "#rrggbb"; None or "transparent" keeps transparency,
+        background: color behind a frame, by name or as "#rrggbb"; None or "transparent" keeps transparency,
             or puts the frame on white if the format has no transparency.
 
     Raises:
         TypeError: if `value` is neither Gaussians nor a Frame.
-        ValueError: if the suffix does not suit the value, or the background is no colour.
+        ValueError: if the suffix does not suit the value, or the background is no color.
         SceneError: if the file cannot be written.
     """
     from brushgs.values.frame import Frame

@@ -1,4 +1,4 @@
-"""The description of a file format, and matchers that recognise its files: by bytes, name, fields, members.
+"""The description of a file format, and matchers that recognize its files: by bytes, name, fields, members.
 
 Help texts read the table of formats, so this module imports nothing heavy.
 """
@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 from brushgs.formats.files import is_dir, is_plain
 
-NUM_FIRST_BYTES = 64  # enough to recognise a file by
+NUM_FIRST_BYTES = 64  # enough to recognize a file by
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 ZIP_BEGINNINGS = b"PK\x03\x04", b"PK\x05\x06"  # the latter for an empty archive
 _MAX_JSON_BYTES = 1 << 25  # searched for keys
@@ -29,8 +29,8 @@ SPLAT_ROW_SIZE = 32  # position and scales as float32; red, green, blue, opacity
 _ROW = struct.Struct("<6f4B4B")
 _MIN_ROWS = 8  # fewer may be plausible by chance
 _NUM_INSPECTED = 64  # rows, from the first to the last
-_LARGEST = 1e6  # of a coordinate or a scale; scenes in metres stay far below
-# Writers normalise quaternions, then round them to steps of 1/128: in three files lengths are 0.986 to 1.015.
+_LARGEST = 1e6  # of a coordinate or a scale; scenes in meters stay far below
+# Writers normalize quaternions, then round them to steps of 1/128: in three files lengths are 0.986 to 1.015.
 _LENGTHS = 0.95, 1.05
 _KSPLAT = struct.Struct("<4s4IH")  # version, most sections, sections, most Gaussians, Gaussians, level
 _KSPLAT_VERSION = b"\0\1\0\0"

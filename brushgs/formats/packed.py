@@ -20,7 +20,7 @@ DTYPES = {"uint8": "|u1", "int8": "|i1", "float16": "<f2", "float32": "<f4"}
 ONE = {"uint8": 255, "int8": 127}  # the integer that encodes 1
 MAX_SIDE = 3_000_000  # of an array
 _PNG = b"\x89PNG\r\n\x1a\n"
-# Straight alpha: colours are kept even where alpha is 0.
+# Straight alpha: colors are kept even where alpha is 0.
 _PNG_ATTRIBUTES = {"png:compressionLevel": 9, "oiio:UnassociatedAlpha": 1}
 
 _Side = Annotated[int, Meta(ge=0, le=MAX_SIDE)]

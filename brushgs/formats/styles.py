@@ -13,12 +13,12 @@
     }
 
 At least one of palette, marks and edit is required; stage and lines are optional. The fields are those of
-`Style`. Colours are "#rrggbb" and numbers are plain; only arrays are base64. The offsets of a colour are
-relative to it, so editing the colour moves all colours around it. An array is a nested list of numbers, or
+`Style`. Colors are "#rrggbb" and numbers are plain; only arrays are base64. The offsets of a color are
+relative to it, so editing the color moves all colors around it. An array is a nested list of numbers, or
 packed: {"type": "float16", "shape": [128, 3], "data": base64}, little-endian; int8 encodes -1 to 1 in steps
 of 1/127, uint8 encodes 0 to 1 in steps of 1/255. A picture is {"type": "png", "data": base64} with 8 bits of
 grey; the atlas of a dictionary has red, green, blue and alpha, with its n marks row by row, see
-`MarkDictionary`. When edited by hand, shares need not add up to 1 (they are normalised), and a colour may
+`MarkDictionary`. When edited by hand, shares need not add up to 1 (they are normalized), and a color may
 have no offsets (then it stands for itself alone).
 """
 
@@ -56,7 +56,7 @@ MAX_NAME = 80  # characters
 MAX_COLORS, MAX_BRUSHES, MAX_FEATURES = 64, 64, 64
 MAX_TEXELS = 256  # a side of a brush, and of the field of directions
 MAX_CELLS = 512  # a side of the maps of a stage
-FARTHEST = 2.0  # largest channel of an offset: colours lie in 0 to 1, and offsets within 1
+FARTHEST = 2.0  # largest channel of an offset: colors lie in 0 to 1, and offsets within 1
 MOST_FACTOR = 1e3  # largest magnitude in the affine map
 MOST = 1e9  # largest magnitude in the residual
 CURE = "give a file that `brushgs style learn` wrote"
@@ -64,7 +64,7 @@ _CURE, _LEARN = "correct it", "learn the style again"
 
 _NAME = f"text of 1 to {MAX_NAME} printable characters"
 _Name = Annotated[str, Meta(min_length=1, max_length=MAX_NAME, description=_NAME)]
-_Color = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}\Z", description="a colour such as '#3a5f0b'")]
+_Color = Annotated[str, Meta(pattern=r"^#[0-9a-fA-F]{6}\Z", description="a color such as '#3a5f0b'")]
 _MarkSide = Annotated[int, Meta(ge=1, le=MOST_MARK_TEXELS)]
 _Sizes = Annotated[list[Annotated[float, Meta(gt=0, le=1)]], Meta(min_length=3, max_length=3)]
 _Broken = Annotated[float, Meta(ge=0, le=0.5)]  # as `brushgs.passes.color.broken_color` allows
@@ -215,7 +215,7 @@ def style_of(path: Path, content: bytes) -> Style:
 def _palette(path: Path, colors: list[_Named]) -> StylePalette:
     total = sum(color.share for color in colors)
     if not total > 0:
-        raise SceneError(path, "'palette' must have a colour with a share above 0, got none; raise one")
+        raise SceneError(path, "'palette' must have a color with a share above 0, got none; raise one")
     named = []
     for index, color in enumerate(colors):
         place, offsets = f"palette[{index}].offsets", np.zeros((1, 3))

@@ -43,13 +43,13 @@ def content_of(style: Style, path: Path) -> bytes:
 
 
 def _hex(rgb: NDArray[Any]) -> tuple[str, NDArray[Any]]:
-    """A colour as "#rrggbb", and as integers 0 to 255."""
+    """A color as "#rrggbb", and as integers 0 to 255."""
     code = np.rint(255 * np.clip(rgb, 0, 1)).astype(int)
     return "#{:02x}{:02x}{:02x}".format(*code), code
 
 
 def _color(color: NamedColor) -> dict[str, Any]:
-    """A palette colour; offsets are float16, relative to the colour as rounded for the file."""
+    """A palette color; offsets are float16, relative to the color as rounded for the file."""
     text, code = _hex(color.rgb)
     offsets = color.offsets + (color.rgb - code / 255)
     share = round(float(color.share), 6)
@@ -78,7 +78,7 @@ def _marks(marks: StyleMarks) -> dict[str, Any]:
 
 
 def _dictionary(marks: MarkDictionary) -> dict[str, Any]:
-    """A dictionary as JSON: colours and shares in float16, the marks row by row in one picture."""
+    """A dictionary as JSON: colors and shares in float16, the marks row by row in one picture."""
     num, height, width = marks.texels.shape[:3]
     rows = -(-num // ATLAS_COLUMNS)
     atlas = np.zeros((rows * ATLAS_COLUMNS, height, width, 4), np.uint8)

@@ -107,7 +107,7 @@ _CLIPS = (
             " their folder"),
     Format("SpaceTimeGaussian PLY of the full model", "clip", (".ply",),
         any_of(is_ply_with("trbf_center", "f_t_0"), is_ply_with("trbf_center", "f_dc_3")),
-        cure="whose colours are a network; train the model ours_lite, whose PLY files are read"),
+        cure="whose colors are a network; train the model ours_lite, whose PLY files are read"),
     Format("SpaceTimeGaussian PLY", "clip", (".ply",), is_ply_with("trbf_center", "trbf_scale"),
         read="moving.ply_clips:open_spacetime", note=".ply of SpaceTimeGaussian lite"),
     Format("FreeTimeGS PLY", "clip", (".ftgs.ply",), is_ply_with("time", "log_duration", "velocity_0"),
@@ -184,7 +184,7 @@ _VIDEOS = (
 )
 _STYLES = (
     Format("style", "style", (".style",), read="styles:read_style", write="styles_write:write_style",
-        note="what was learnt of a painting"),
+        note="what was learned of a painting"),
 )
 _MARKS = (
     Format("marks", "marks", (".marks",), read="marks:read_marks", write="marks:write_marks",

@@ -189,7 +189,7 @@ def check_opaque_background(background: str) -> None:
     """
     check_background(background)
     if background == "transparent":
-        raise ValueError("background must be a colour or an image to compare pictures on, got transparent")
+        raise ValueError("background must be a color or an image to compare pictures on, got transparent")
 
 
 def plain_paint(scene: SceneFiles | None, paint: PaintConfig) -> dict[str, Any]:

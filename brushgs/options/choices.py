@@ -13,7 +13,7 @@ Method = Literal["auto", "lloyd", "minibatch"]
 StrokesFor = Literal["scene", "view"]  # strokes of the whole scene, or of its visible part
 Filter = Literal["mip", "bilinear", "nearest"]
 Extent = Literal["fitted", "paper"]
-StrokeColor = Literal["own", "scene", "mix"]  # source of the colour of paint
+StrokeColor = Literal["own", "scene", "mix"]  # source of the color of paint
 ViewLock = Literal["anchor", "off"]  # for a single view
 Lock = Literal["track", "anchor", "canonical", "off"]  # for a single view or a path
 Order = Literal["depth", "soft"]
@@ -35,7 +35,7 @@ Canvas = Literal["none", "linen", "paper"]  # texture under the paint
 Medium = Literal["paint", "charcoal", "ink", "hatching", "stippling", "watercolour"]  # painting medium
 StageTone = Literal["auto", "light", "dark"]  # wall of a stage
 Codec = Literal["h264", "h265", "prores", "vp9"]  # video codec
-# Colour spaces of a file; see formats/pictures/exr/spaces.py.
+# Color spaces of a file; see formats/pictures/exr/spaces.py.
 FileSpace = Literal["lin_srgb", "srgb", "acescg", "aces2065_1", "lin_rec2020", "lin_p3d65"]
 
 # Built-in looks (files in brushgs/looks), in listing order.
@@ -96,7 +96,7 @@ PLAIN_STROKES: Mapping[str, Any] = {
     "edges": 0.0,
     "depth_of_field": 0.0,
 }
-SCENE_LIGHT: StepValues = {"color": {"values": 0.0}, "light": {"key": 0.0}}  # colours as captured
+SCENE_LIGHT: StepValues = {"color": {"values": 0.0}, "light": {"key": 0.0}}  # colors as captured
 PLAIN_PAINT: Mapping[str, Any] = {"underpaint": False, "streaks": 0.0}
 # "paper" is the published method (Xiang et al. 2025) without its defects, in the plain look. "0.1" applies to
 # any look: it restores the defaults of version 0.1.
@@ -137,7 +137,7 @@ REPORT_SUFFIXES: Mapping[str, tuple[str, ...]] = {
     "peers": (".json", ".png"),  # for `brushgs bench --peers`
 }
 
-# Colours by name: those of CSS, and "toned", a warm drawing paper. "grey" means "gray" everywhere.
+# Colors by name: those of CSS, and "toned", a warm drawing paper. "grey" means "gray" everywhere.
 COLORS: Mapping[str, str] = {
     "white": "#ffffff",
     "black": "#000000",
@@ -165,7 +165,7 @@ COLORS: Mapping[str, str] = {
 
 
 def color_code(text: str) -> str | None:
-    """The "#rrggbb" of a colour name or code; None if it is neither."""
+    """The "#rrggbb" of a color name or code; None if it is neither."""
     name = text.strip().lower()
     code = COLORS.get(name.replace("grey", "gray"), name)
     is_code = len(code) == 7 and code[0] == "#" and not set(code[1:]) - set("0123456789abcdef")

@@ -50,7 +50,7 @@ RULES = (
     needs(["view.view"], "view.camera_file", "which lists the views"),
     excludes("view.side", ["view.azimuth"], "which is an azimuth"),
     excludes("view.side=top", ["view.elevation"], "which is 90 degrees"),
-    needs(_of("palette", PaletteConfig, "file"), "palette.file", "the picture whose colours are taken"),
+    needs(_of("palette", PaletteConfig, "file"), "palette.file", "the picture whose colors are taken"),
     needs(["overpaint.continues"], "overpaint.files", "the paint that is continued"),
     excludes("draw.background", ["ground.ground"], "which takes its place", fine="none"),
     *(excludes(rig, _LENS, "which has no lens of its own") for rig in _SPHERES),

@@ -174,8 +174,8 @@ class RefineConfig(Options, frozen=True):
     GROUP: ClassVar = "refinement"
     ABOUT: ClassVar = "needs PyTorch: pip install torch"
     # fmt: off
-    style: Annotated[StyleConfig | None, option("painting, or style file that was learnt from one (`brushgs "
-        "style learn`): strokes become its marks, with brushes cut out of it, in its colours; several with "
+    style: Annotated[StyleConfig | None, option("painting, or style file that was learned from one (`brushgs "
+        "style learn`): strokes become its marks, with brushes cut out of it, in its colors; several with "
         "shares and dials as for `brushgs render --style`", metavar="FILE:SHARE", read=StyleConfig.parse,
         make=style_config)] = None
     params: Annotated[Params, option("parameters of the strokes that are fitted: 'color' alone, 'free' all "

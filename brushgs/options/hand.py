@@ -15,7 +15,7 @@ def _origin(text: str) -> Path:
     """Parse the origin of a wave: one of `WAVES`, or a picture."""
     if not text.strip():
         raise ValueError(f"must be {', '.join(WAVES)} or a picture, got an empty name")
-    return Path("center" if text == "centre" else text)
+    return Path("center" if text == "center" else text)
 
 
 class HandConfig(Options, frozen=True):

@@ -1,6 +1,6 @@
-"""Parts of a look: brushes, colour, ground and light, one class each.
+"""Parts of a look: brushes, color, ground and light, one class each.
 
-Their defaults add nothing: one brush, scene colours, no relief, a background. Lengths on the canvas are
+Their defaults add nothing: one brush, scene colors, no relief, a background. Lengths on the canvas are
 pixels of a 1000 x 750 picture and scale with the root of the picture's area.
 """
 
@@ -14,9 +14,9 @@ MAX_BRUSHES = 256  # per picture: strokes store their brush in 8 bits
 MAX_PIGMENTS = 256
 Pair = tuple[float, float]
 LOOK_GROUP = "look"
-ABOUT_LOOKS = "brushes, strokes, colour, ground and light that go together; every flag overrides its part"
+ABOUT_LOOKS = "brushes, strokes, color, ground and light that go together; every flag overrides its part"
 Names = Annotated[tuple[str, ...], in_files("names of strokes, or image files")]
-Tint = Annotated[Pair, in_files("shift of a colour, OKLab (a, b)", ge=-0.2, le=0.2)]
+Tint = Annotated[Pair, in_files("shift of a color, OKLab (a, b)", ge=-0.2, le=0.2)]
 Jitter = Annotated[Pair, in_files("standard deviations of strokes, OKLab (L, and a and b)", ge=0, le=0.2)]
 
 
@@ -66,13 +66,13 @@ class BrushesConfig(Options, frozen=True):
 
 
 class ColorConfig(Options, frozen=True):
-    """Colour grading of strokes in OKLab; the defaults change nothing."""
+    """Color grading of strokes in OKLab; the defaults change nothing."""
 
     GROUP: ClassVar = LOOK_GROUP
     ABOUT: ClassVar = ABOUT_LOOKS
     IN_LOOKS: ClassVar = True
     # fmt: off
-    chroma: Annotated[float, option("colourfulness; 0 is grey, 1 as in the scene #saturation #vivid", ge=0,
+    chroma: Annotated[float, option("colorfulness; 0 is grey, 1 as in the scene #saturation #vivid", ge=0,
         le=3)] = 1.0
     contrast: Annotated[float, in_files("factor of lightness around the pivot", ge=0, le=3)] = 1.0
     pivot: Annotated[float, share("lightness that contrast leaves unchanged", flag=None)] = 0.6
@@ -80,11 +80,11 @@ class ColorConfig(Options, frozen=True):
         flag=None)] = 0.0
     equalize: Annotated[float, share("drawing media and watercolour: strength of histogram equalization of "
         "tones", flag=None)] = 0.0
-    shadows: Tint = (0.0, 0.0)  # in dark colours, such as (0.012, -0.045) toward violet
-    lights: Tint = (0.0, 0.0)  # in light colours, such as (0.004, 0.03) toward yellow
-    pigments: Annotated[int, option("number of pigments to mix colours from, 2 or more; 0: any colour",
+    shadows: Tint = (0.0, 0.0)  # in dark colors, such as (0.012, -0.045) toward violet
+    lights: Tint = (0.0, 0.0)  # in light colors, such as (0.004, 0.03) toward yellow
+    pigments: Annotated[int, option("number of pigments to mix colors from, 2 or more; 0: any color",
         ge=0, le=MAX_PIGMENTS)] = 0
-    pure: Annotated[float, share("how far strokes move to the colour of their pigment", flag=None)] = 0.85
+    pure: Annotated[float, share("how far strokes move to the color of their pigment", flag=None)] = 0.85
     gray: Annotated[bool, in_files("keep only lightness, of strokes and of what lies behind them")] = False
     values: Annotated[float, share("how far the tonal range is expanded to that of a painting, with lights "
         "warmer than darks #contrast #range")] = 0.0
@@ -93,11 +93,11 @@ class ColorConfig(Options, frozen=True):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.pigments == 1:
-            raise ValueError(f"pigments must be 2 to {MAX_PIGMENTS}, or 0 for any colour, got 1")
+            raise ValueError(f"pigments must be 2 to {MAX_PIGMENTS}, or 0 for any color, got 1")
 
     @property
     def grades(self) -> bool:
-        """Whether colours are graded."""
+        """Whether colors are graded."""
         return self.chroma != 1 or self.contrast != 1 or any((*self.shadows, *self.lights))
 
 
@@ -120,7 +120,7 @@ def _backdrop_value(given: Any) -> bool | int:
     raise ValueError(f"must be a whole number, got {shown(given)}")
 
 
-GROUND_FORMS = "toned, canvas, paper, none, the name of a colour, #rrggbb or an image file"
+GROUND_FORMS = "toned, canvas, paper, none, the name of a color, #rrggbb or an image file"
 
 
 class GroundConfig(Options, frozen=True):
@@ -136,12 +136,12 @@ class GroundConfig(Options, frozen=True):
     ABOUT: ClassVar = ABOUT_LOOKS
     IN_LOOKS: ClassVar = True
     # fmt: off
-    ground: Annotated[str, option("tone of the canvas: 'toned' (complement of the scene's colours), "
-        "'canvas', 'paper', a colour as for --background, an image file, or 'none' for the plain background "
+    ground: Annotated[str, option("tone of the canvas: 'toned' (complement of the scene's colors), "
+        "'canvas', 'paper', a color as for --background, an image file, or 'none' for the plain background "
         "#background #behind #canvas", metavar="NAME|COLOR|FILE", example="paper")] = "none"
     lightness: Annotated[float, share("of a toned ground, OKLab", flag=None)] = 0.58
     complement: Annotated[float, share("of a toned ground: strength of the complement of the scene's mean "
-        "colour", flag=None)] = 0.6
+        "color", flag=None)] = 0.6
     warmth: Tint = (0.012, 0.04)
     backdrop: Annotated[int, option("surroundings of an object: 'stage' (table, wall and shadow); 'loose' "
         f"or N (loose strokes, their number from the look or {DEFAULT_BACKDROP}); 'on' (that of the look, "
@@ -152,7 +152,7 @@ class GroundConfig(Options, frozen=True):
     )] = False
     backdrop_brushes: Names = ()
     backdrop_lightness: Annotated[Pair, share("OKLab lightness, above and below", flag=None)] = (0.66, 0.40)
-    backdrop_complement: Annotated[Pair, share("strength of the complement of the scene's mean colour, above "
+    backdrop_complement: Annotated[Pair, share("strength of the complement of the scene's mean color, above "
         "and below",
         flag=None)] = (0.5, 0.3)
     backdrop_above: Tint = (0.0, 0.03)
@@ -166,7 +166,7 @@ class GroundConfig(Options, frozen=True):
     backdrop_border: Annotated[float, in_files("share of the picture's smaller side over which it thins out "
         "toward the border", ge=0, le=0.5)] = 0.13
     stage: Annotated[bool, in_files("a stage replaces the backdrop")] = False
-    stage_tone: Annotated[str, option("lightness of the stage's wall, or colours of table and wall such as "
+    stage_tone: Annotated[str, option("lightness of the stage's wall, or colors of table and wall such as "
         "'#7a6a58,#9aa4b0'", default="auto: contrast with the subject's outline",
         metavar="auto|light|dark|COLORS")] = "auto"
     stage_size: Annotated[float, in_files("factor on the size of its strokes", ge=0.25, le=4)] = 1.0
@@ -182,7 +182,7 @@ class GroundConfig(Options, frozen=True):
         if not all(name.strip() for name in self.backdrop_brushes):
             raise ValueError("backdrop_brushes must be names of strokes or image files, got an empty one")
         if self.stage_tone not in get_args(StageTone) and self.stage_colors is None:
-            forms = f"{', '.join(get_args(StageTone))} or two colours, as '#7a6a58,#9aa4b0'"
+            forms = f"{', '.join(get_args(StageTone))} or two colors, as '#7a6a58,#9aa4b0'"
             raise ValueError(f"stage_tone must be {forms}, got {self.stage_tone!r}")
 
     @property
@@ -211,7 +211,7 @@ class LightConfig(Options, frozen=True):
 
     Angles are radians here, degrees in files and flags. `lamp` None is the usual lamp: `USUAL_LAMP` on flat
     pictures, more from the side if it lights the scene. With `key` the lamp stands in the scene (see
-    `KeyLight`): relief, shadow and colours agree in every view. A `sun` overrides the lamp; two pairs of
+    `KeyLight`): relief, shadow and colors agree in every view. A `sun` overrides the lamp; two pairs of
     angles make it move from the first to the second along a film.
     """
 

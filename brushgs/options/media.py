@@ -29,7 +29,7 @@ class Medium(Options, frozen=True):
     """Base of all media; `kind` is the name, such as "paint" or "ink"."""
 
     kind: ClassVar[str]
-    has_own_color: ClassVar[bool] = False  # whether marks have the medium's colour, not those of the scene
+    has_own_color: ClassVar[bool] = False  # whether marks have the medium's color, not those of the scene
     draws_lines: ClassVar[bool] = False  # whether there may be lines along edges
     draws_tones: ClassVar[bool] = False  # whether tones are those in the views of a job, keyed in the focus
     # fmt: off
@@ -95,7 +95,7 @@ class Charcoal(SoftMedium, frozen=True):
 
 
 class TonalMedium(DrawingMedium, frozen=True):
-    """Base of media whose tone is the density of marks of one colour.
+    """Base of media whose tone is the density of marks of one color.
 
     Lengths are pixels in a picture of 960 x 540, and scale with the root of its area.
     """

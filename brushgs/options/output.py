@@ -32,9 +32,9 @@ class OutputConfig(Options, frozen=True):
     crop: Annotated[tuple[int, int, int, int] | None, option("paint only these pixels of the picture, as the "
         "cut of the whole: left, top, width and height, such as 0,0,640,480 #crop #region #part #tile "
         "#detail #zoom", metavar="X,Y,W,H", read=read_crop)] = None
-    deep: Annotated[bool, option("write a deep EXR file: one sample per stroke in each pixel, with colour, "
+    deep: Annotated[bool, option("write a deep EXR file: one sample per stroke in each pixel, with color, "
         "alpha, depth and stroke number #compositing")] = False
-    colorspace: Annotated[FileSpace | None, option("colour space of an EXR file: linear light with the "
+    colorspace: Annotated[FileSpace | None, option("color space of an EXR file: linear light with the "
         "primaries of sRGB, ACEScg, ACES2065-1, Rec. 2020 or P3 (D65), or srgb, display-encoded #aces #ocio "
         "#gamut #color #exr", default="lin_srgb for EXR, srgb for other files", not_in_memory=OF_FILES
     )] = None

@@ -35,7 +35,7 @@ class OverpaintConfig(Options, frozen=True):
         "last, where the scene has what was painted over, in every view; repeatable, the later above "
         "#overpaint #retouch #highlight #hand #edit #erase", flag="--marks", default="none",
         metavar="FILE.marks", read=_path, make=_paths, action="append")] = ()
-    continues: Annotated[bool, option("continue the marks: strokes like those painted over get colours, "
+    continues: Annotated[bool, option("continue the marks: strokes like those painted over get colors, "
         "sizes and directions #learn #propagate #same #rest", flag="--continue")] = False
     # fmt: on
     balls: Balls = ()

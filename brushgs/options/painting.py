@@ -259,7 +259,7 @@ class StrokesConfig(Options, frozen=True):
     )
     # fmt: off
     see: Annotated[See, option("'views': small plain pictures of the scene decide the placement, splitting "
-        "and colours of strokes; 'off': the scene alone decides")] = "views"
+        "and colors of strokes; 'off': the scene alone decides")] = "views"
     focus: Annotated[Focus | None, option("region with higher stroke density; the total stays: 'auto' "
         "(faces, hands and salient parts, up to eight times as dense), or twice as dense: 'subject', a "
         "sphere in world units, or the light part of a picture of the same view #detail #face",
@@ -268,10 +268,10 @@ class StrokesConfig(Options, frozen=True):
     solid: Annotated[bool, option("make faint strokes smaller and opaque, like paint #opaque"
     )] = True
     direction: Annotated[Direction, option("direction of strokes: 'own' (as clustered), 'form' (along shapes "
-        "and edges), 'color' (along colour edges), as the brush marks of a painting, or along guide lines in "
+        "and edges), 'color' (along color edges), as the brush marks of a painting, or along guide lines in "
         "space #orientation #flow", metavar="own|form|color|painting:FILE|guides:FILE",
         read=Direction.of)] = Direction("form")
-    broken_color: Annotated[float, option("lightness variation between neighbouring strokes, OKLab "
+    broken_color: Annotated[float, option("lightness variation between neighboring strokes, OKLab "
         "#variation", ge=0, le=MAX_BROKEN_COLOR)] = 0.016
     economy: Annotated[float, share("how far flat areas get few large strokes, and the strokes saved go to "
         "accents of light and dark #loose #abstract #simple", default="that of the look")] = 0.0
@@ -409,9 +409,9 @@ class DrawConfig(Options, frozen=True):
         "flat brush, short ones dabs), or a folder of images to choose from; image files: {pictures} #brush "
         "#texture #image #shape", metavar="NAME|FILE|FOLDER", example="my_brush.png"
     )] = DEFAULT_STROKE
-    stroke_color: Annotated[StrokeColor | None, option("colour of paint where a stroke image has colours: "
+    stroke_color: Annotated[StrokeColor | None, option("color of paint where a stroke image has colors: "
         "'scene', that of its stroke; 'mix', that and what differs in the image from its mean; 'own', that "
-        "of the image #brush #texture #colour", default="scene, and mix of the marks of a style")] = None
+        "of the image #brush #texture #color", default="scene, and mix of the marks of a style")] = None
     filter: Annotated[Filter, option("how the stroke image is sampled: 'mip', small strokes do not shimmer, "
         "'bilinear' as published, 'nearest'")] = "mip"
     extent: Annotated[Extent, option("size of strokes: 'fitted' to what the stroke image covers, 'paper': 2 "
@@ -461,13 +461,13 @@ class PaletteConfig(Options, frozen=True):
     """Recoloring by the palette of a picture."""
 
     GROUP: ClassVar = "palette"
-    ABOUT: ClassVar = "recolor strokes to the mean and covariance of a picture's colours"
+    ABOUT: ClassVar = "recolor strokes to the mean and covariance of a picture's colors"
     # fmt: off
-    file: Annotated[Path, option("picture that gives the colours: {pictures} #colors #recolor #reference "
+    file: Annotated[Path, option("picture that gives the colors: {pictures} #colors #recolor #reference "
         "#painting", flag="--palette", default="", example="monet.jpg")]
-    strength: Annotated[float, share("0 keeps the colours of the scene, 1 (or 100%) takes those of the "
+    strength: Annotated[float, share("0 keeps the colors of the scene, 1 (or 100%) takes those of the "
         "picture", flag="--palette-strength")] = 1.0
-    space: Annotated[ColorSpace, option("colour space of the match: 'lab' (perceptual), 'linear' (light) or "
+    space: Annotated[ColorSpace, option("color space of the match: 'lab' (perceptual), 'linear' (light) or "
         "'srgb' (as encoded)", flag="--palette-space")] = "lab"
     # fmt: on
 
@@ -475,7 +475,7 @@ class PaletteConfig(Options, frozen=True):
 class PaintConfig(Options, frozen=True):
     """All options of a painting, by step.
 
-    The defaults are the plain method: one brush, scene colours, no ground, no relief; looks (see
+    The defaults are the plain method: one brush, scene colors, no ground, no relief; looks (see
     `brushgs.options.look`) have others. With `painted`, only that part of the scene is painted and the rest
     is shown as plain Gaussians.
     """
@@ -521,7 +521,7 @@ class PaintConfig(Options, frozen=True):
 
     @property
     def in_pixels(self) -> Self:
-        """The options with a stroke size in millimetres converted to pixels.
+        """The options with a stroke size in millimeters converted to pixels.
 
         Raises:
             ValueError: if there is no size on paper.

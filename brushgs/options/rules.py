@@ -68,11 +68,11 @@ class Rule(Options, frozen=True):
         le=PROPERTIES["size"].most)] = 1.0
     share: Annotated[float, in_files("factor on the number of strokes per area",
         ge=PROPERTIES["density"].least, le=PROPERTIES["density"].most)] = 1.0
-    palette: Annotated[Path | None, in_files("picture that gives the colours", read=Path)] = None
+    palette: Annotated[Path | None, in_files("picture that gives the colors", read=Path)] = None
     palette_strength: Annotated[float, in_files("strength of the palette", ge=0, le=1)] = 1.0
-    style: Annotated[StyleConfig | None, in_files("style that gives the colours",
+    style: Annotated[StyleConfig | None, in_files("style that gives the colors",
         read=StyleConfig.parse)] = None
-    adjust: Annotated[AdjustConfig | None, in_files("colour adjustments", make=_adjust)] = None
+    adjust: Annotated[AdjustConfig | None, in_files("color adjustments", make=_adjust)] = None
     direction: Annotated[Direction | None, in_files("direction of strokes", read=Direction.of)] = None
     opacity: Annotated[float, in_files("factor on the opacity of strokes", ge=0, le=1)] = 1.0
     soft: Annotated[float, in_files("width of its edge, of the subject's size", ge=0, le=MAX_SOFT)] = 0.0
@@ -90,7 +90,7 @@ class Rule(Options, frozen=True):
         if len(self.brushes) > MAX_BRUSHES:
             raise ValueError(f"brushes must be at most {MAX_BRUSHES}, got {len(self.brushes)}")
         if self.palette is None and self.palette_strength != 1:
-            raise ValueError("palette_strength needs palette, the picture whose colours are taken; add it")
+            raise ValueError("palette_strength needs palette, the picture whose colors are taken; add it")
 
     def pace(self, of_film: Pace) -> Pace:
         """The pace of the part: its own values, else those of the film."""

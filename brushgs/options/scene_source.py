@@ -44,7 +44,7 @@ class SceneSource(Options, frozen=True):
         "moment", gt=0,
         default=f"{MOMENTS_PER_SECOND:g}")] = None
     memory: Annotated[int | None, option("memory limit for making strokes, such as 8GB; larger scenes are "
-        "read in blocks, merging neighbours of similar size and colour #ram #large",
+        "read in blocks, merging neighbors of similar size and color #ram #large",
         default="3/4 of the machine's", metavar="SIZE", read=parse_memory)] = None
     # fmt: on
     seeks_cameras: bool = True

@@ -31,7 +31,7 @@ class ErrorBudget(Options, frozen=True):
 class StrokeSize(Options, frozen=True):
     """A stroke count chosen by typical stroke length, see `brushgs.stroke_count.view_model.typical_size`.
 
-    `pixels` is above 0, at most the longest possible side of a picture. With `is_mm` it counts millimetres on
+    `pixels` is above 0, at most the longest possible side of a picture. With `is_mm` it counts millimeters on
     paper instead.
     """
 
@@ -51,7 +51,7 @@ class StrokeSize(Options, frozen=True):
         """The size in pixels.
 
         Raises:
-            ValueError: if it is in millimetres and there is no size on paper.
+            ValueError: if it is in millimeters and there is no size on paper.
         """
         if not self.is_mm:
             return self
@@ -127,7 +127,7 @@ def strokes_value(given: Any) -> int | ErrorBudget | StrokeSize | UsualCount:
 
 
 def size_from_text(text: str) -> StrokeSize:
-    """Parse a typical stroke length in millimetres or pixels; the unit of pixels is optional."""
+    """Parse a typical stroke length in millimeters or pixels; the unit of pixels is optional."""
     match = re.fullmatch(r"([0-9]+\.?[0-9]*|\.[0-9]+) ?(px|mm)?", text, re.IGNORECASE)
     if match is None:
         raise ValueError(f"must be a length above 0 such as 24px, or 8mm on paper, got {text!r}")

@@ -1,4 +1,4 @@
-"""Styles with their shares, and colour adjustments that need no style."""
+"""Styles with their shares, and color adjustments that need no style."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -29,7 +29,7 @@ NUMBERS = ("brightness", "contrast", "saturation", "temperature")
 class StyleShare(Options, frozen=True):
     """One style of a mix: its share, and for each property the part of this share that is used, 0 to 1.
 
-    The properties are its colours; size, shape and brushes of its marks; their directions; its contours; and
+    The properties are its colors; size, shape and brushes of its marks; their directions; its contours; and
     the surroundings of its subject.
     """
 
@@ -114,7 +114,7 @@ class StyleConfig(Options, frozen=True):
 
     GROUP: ClassVar = "style"
     ABOUT: ClassVar = (
-        "styles learnt from paintings or edits (`brushgs style` learns one), and colour adjustments"
+        "styles learned from paintings or edits (`brushgs style` learns one), and color adjustments"
     )
     # fmt: off
     styles: Annotated[tuple[StyleShare, ...], option("style, or several with commas: "
@@ -180,13 +180,13 @@ def style_config(given: Any) -> StyleConfig:
 
 
 def check_swap(text: Any) -> str:
-    """Check a colour swap and return it.
+    """Check a color swap and return it.
 
     Raises:
         ValueError: if it is not "#rrggbb:#rrggbb".
     """
     if not isinstance(text, str) or not re.fullmatch(r"#[0-9a-fA-F]{6}:#[0-9a-fA-F]{6}", text):
-        raise ValueError(f"swap must be two colours such as '#3a5f0b:#7a1f1f', got {text!r}")
+        raise ValueError(f"swap must be two colors such as '#3a5f0b:#7a1f1f', got {text!r}")
     return text
 
 
@@ -238,7 +238,7 @@ def _swaps(given: Any) -> tuple[str, ...]:
 
 
 class AdjustConfig(Options, frozen=True):
-    """Final colour adjustments of strokes; the defaults change nothing."""
+    """Final color adjustments of strokes; the defaults change nothing."""
 
     GROUP: ClassVar = "style"
     # fmt: off
@@ -247,7 +247,7 @@ class AdjustConfig(Options, frozen=True):
     saturation: Annotated[float, in_files("factor of the distance from grey of the same luminance, 0 is "
         "grey", ge=0, le=3)] = 1.0
     temperature: Annotated[float, in_files("-1 is blue, 1 orange", ge=-1, le=1)] = 0.0
-    swaps: Annotated[tuple[str, ...], option("move colours near #a to #b, such as '#3a5f0b:#7a1f1f'; "
+    swaps: Annotated[tuple[str, ...], option("move colors near #a to #b, such as '#3a5f0b:#7a1f1f'; "
         "repeatable #replace #color #recolor", flag="--swap", default="none", metavar="#a:#b",
         read=check_swap, make=_swaps, action="append")] = ()
     # fmt: on

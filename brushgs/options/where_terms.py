@@ -65,7 +65,7 @@ class Sphere(_Term, frozen=True):
 
     @classmethod
     def of(cls, text: str) -> Self:
-        """Centre and radius above 0."""
+        """Center and radius above 0."""
         x, y, z, radius = _numbers(cls, text, 4)
         if not radius > 0:
             raise _wrong(cls, text, "the radius must be above 0")
@@ -94,8 +94,8 @@ class Half(_Term, frozen=True):
         return f"half:{_written(*self.normal, self.offset)}"
 
 
-class Colour(_Term, frozen=True):
-    """Base colours within a Euclidean distance of one, in display-encoded RGB, 0 to 1.
+class Color(_Term, frozen=True):
+    """Base colors within a Euclidean distance of one, in display-encoded RGB, 0 to 1.
 
     Attributes:
         color: "#rrggbb", lower case.
@@ -108,13 +108,13 @@ class Colour(_Term, frozen=True):
 
     @property
     def rgb(self) -> Triple:
-        """The colour as RGB, 0 to 1."""
+        """The color as RGB, 0 to 1."""
         red, green, blue = (int(self.color[i : i + 2], 16) / 255 for i in (1, 3, 5))
         return red, green, blue
 
     @classmethod
     def of(cls, text: str) -> Self:
-        """A colour, and a distance above 0."""
+        """A color, and a distance above 0."""
         color, comma, rest = text.partition(",")
         color = color.strip().lower()
         if not comma or not re.fullmatch(r"#[0-9a-f]{6}", color):
@@ -241,14 +241,14 @@ class Words(_Term, frozen=True):
         return f"text:{_quoted(self.words)}"
 
 
-Term = Box | Sphere | Half | Colour | Height | Subject | Surroundings | Part | Mask | Words
+Term = Box | Sphere | Half | Color | Height | Subject | Surroundings | Part | Mask | Words
 # Word before the colon -> term.
 TERMS: Mapping[str, type[Term]] = MappingProxyType(
     {
         "box": Box,
         "sphere": Sphere,
         "half": Half,
-        "color": Colour,
+        "color": Color,
         "height": Height,
         "subject": Subject,
         "surroundings": Surroundings,

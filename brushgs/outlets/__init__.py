@@ -1,1 +1,1 @@
-"""Outputs built on paintings: pages, 3D models, the studio, sheets, learnt styles, stroke files."""
+"""Outputs built on paintings: pages, 3D models, the studio, sheets, learned styles, stroke files."""

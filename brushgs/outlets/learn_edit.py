@@ -1,9 +1,9 @@
 """Learn a style from two states of a scene: scenes before and after an edit, or pictures before and after.
 
-Of pictures the Gaussians take up the colours that they show, before and after alike, by how much of each
-pixel each makes up: so an edit that was made to pictures is learnt as one of the scene. A picture of the
+Of pictures the Gaussians take up the colors that they show, before and after alike, by how much of each
+pixel each makes up: so an edit that was made to pictures is learned as one of the scene. A picture of the
 scene that was painted over needs none before it, and has marks too: their size, direction and contours are
-learnt where it shows the scene.
+learned where it shows the scene.
 """
 
 from dataclasses import replace
@@ -31,7 +31,7 @@ from brushgs.values.style import Style, StyleLines, StyleMarks
 
 MOST_SIDE = 512  # pixels: larger pictures are averaged down, which does not affect an affine map
 FULLY = 0.995  # shares above this are not reported
-LEAST_SEEN = 0.5  # pixels over all pictures for a known colour of a Gaussian
+LEAST_SEEN = 0.5  # pixels over all pictures for a known color of a Gaussian
 
 
 def learn_edit_file(source: EditSource, output: Path, name: str | None, report: Report) -> Report:
@@ -50,13 +50,13 @@ def learn_edit_file(source: EditSource, output: Path, name: str | None, report: 
     check_output(output, (STYLE_SUFFIX,), inputs=source.inputs)
     marks, lines = None, None
     if source.scene is None:
-        learnt = _of_scenes(source, report)
+        learned = _of_scenes(source, report)
     else:
         assert source.camera_file is not None, "see EditSource"
-        learnt = _of_pictures(source, source.scene, source.camera_file, report)
+        learned = _of_pictures(source, source.scene, source.camera_file, report)
         if source.before is None:
             marks, lines = _marks_over(source, source.scene, source.camera_file, report)
-    style = Style(printable(name or source.after.stem), None, marks, learnt.edit, lines=lines)
+    style = Style(printable(name or source.after.stem), None, marks, learned.edit, lines=lines)
     return write_learnt(style, output, report)
 
 
@@ -67,11 +67,11 @@ def _of_scenes(source: EditSource, report: Report) -> LearntEdit:
     view = default_first_view(before, notes, report, up=source.up)
     with report.stage("edit") as stage:
         try:
-            learnt = learn_edit(before, after, view)
+            learned = learn_edit(before, after, view)
         except ValueError as error:
             raise SceneError(source.after, str(error)) from None
-        _describe(stage, learnt)
-    return learnt
+        _describe(stage, learned)
+    return learned
 
 
 def _of_pictures(source: EditSource, scene: Path, camera_file: Path, report: Report) -> LearntEdit:
@@ -101,9 +101,9 @@ def _of_pictures(source: EditSource, scene: Path, camera_file: Path, report: Rep
     with report.stage("edit") as stage:
         chosen, says = sampled(np.minimum(*weights)[seen])
         rows = seen[chosen]
-        learnt = learn_from_colors(gaussians, rows, colors[0][rows], colors[1][rows], says, view)
-        _describe(stage, learnt)
-    return learnt
+        learned = learn_from_colors(gaussians, rows, colors[0][rows], colors[1][rows], says, view)
+        _describe(stage, learned)
+    return learned
 
 
 def _marks_over(
@@ -136,7 +136,7 @@ def _marks_over(
 def _seen_colors(
     gaussians: Gaussians, pictures: list[tuple[Path, Camera]], *, is_own: bool = False
 ) -> tuple[F64, F64]:
-    """[N, 3] the mean colour in which pictures show each Gaussian, and [N] by how many pixels.
+    """[N, 3] the mean color in which pictures show each Gaussian, and [N] by how many pixels.
 
     Where they are `is_own`, the scene itself stands for what the pictures show.
     """
@@ -172,28 +172,28 @@ def _reduced(rgb: Array, alpha: Array, camera: Camera) -> tuple[Array, Array, Ca
     return colors, less, replace(camera, K=np.asarray(K), width=width, height=height)
 
 
-def _describe(stage: Stage, learnt: LearntEdit) -> None:
-    """Report the learnt style and its fit."""
-    edit = learnt.edit
-    words = f"colours changed by {learnt.changed:.1%}; an affine map leaves {learnt.left:.1%}"
-    if learnt.kept < FULLY:
-        kept = f"{learnt.kept:.0%} of it is" if learnt.kept > 1 - FULLY else "nothing of it is"
-        words += f" ({kept} kept: what holds for colours that it was not fitted to)"
+def _describe(stage: Stage, learned: LearntEdit) -> None:
+    """Report the learned style and its fit."""
+    edit = learned.edit
+    words = f"colors changed by {learned.changed:.1%}; an affine map leaves {learned.left:.1%}"
+    if learned.kept < FULLY:
+        kept = f"{learned.kept:.0%} of it is" if learned.kept > 1 - FULLY else "nothing of it is"
+        words += f" ({kept} kept: what holds for colors that it was not fitted to)"
     if edit.residual is not None:
         names = ", ".join(name.replace("_", " ") for name in edit.residual.features)
-        words += f", with {len(edit.residual.centers)} bumps over {names} {learnt.held_out:.1%}"
-        if learnt.bumps_kept < FULLY:
-            words += f" ({learnt.bumps_kept:.0%} of them kept)"
+        words += f", with {len(edit.residual.centers)} bumps over {names} {learned.held_out:.1%}"
+        if learned.bumps_kept < FULLY:
+            words += f" ({learned.bumps_kept:.0%} of them kept)"
     if edit.log_size:
         words += f"; sizes times {np.exp(edit.log_size):.3g}"
     stage.did = words
     stage.counts = {
-        "pairs": learnt.num_pairs,
-        "changed": learnt.changed,
-        "left": learnt.left,
-        "kept": learnt.kept,
-        "bumps_kept": learnt.bumps_kept,
-        "held_out": learnt.held_out,
+        "pairs": learned.num_pairs,
+        "changed": learned.changed,
+        "left": learned.left,
+        "kept": learned.kept,
+        "bumps_kept": learned.bumps_kept,
+        "held_out": learned.held_out,
         "bumps": 0 if edit.residual is None else len(edit.residual.centers),
         "features": [] if edit.residual is None else list(edit.residual.features),
         "log_size": edit.log_size,

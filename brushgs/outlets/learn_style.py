@@ -30,7 +30,7 @@ def learn_style(painting: str | Path, *, name: str | None = None, small: bool = 
         >>> small = camera.resized(160, 120)
         >>> bg.save(bg.render(strokes, small, "flat", underpaint=True), "painting.png")
         >>> bg.learn_style("painting.png")
-        Style('painting', ... colours...)
+        Style('painting', ... colors...)
     """
     return learn_painting(Path(painting), name, Report(), small=small)
 
@@ -46,8 +46,8 @@ def learn_painting(painting: Path, name: str | None, report: Report, *, small: b
         try:
             palette = learn_palette(image)
         except ValueError as error:
-            raise SceneError(painting, f"has no colours to learn ({error}); choose another picture") from None
-        stage.did = f"{len(palette.colors)} colours: {', '.join(color.name for color in palette.colors)}"
+            raise SceneError(painting, f"has no colors to learn ({error}); choose another picture") from None
+        stage.did = f"{len(palette.colors)} colors: {', '.join(color.name for color in palette.colors)}"
         stage.counts = {"colors": len(palette.colors), "samples": len(palette.samples)}
     with report.stage("marks") as stage:
         marks = None

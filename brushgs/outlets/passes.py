@@ -89,7 +89,7 @@ def recolor_file(
     *,
     where: WhereConfig | None = None,
 ) -> Report:
-    """Give a scene file, or a part of it, the colours of a palette."""
+    """Give a scene file, or a part of it, the colors of a palette."""
     check_output(
         Path(output), SCENE_SUFFIXES, inputs=(*scene_inputs(scene), config.file, *files_where(where))
     )

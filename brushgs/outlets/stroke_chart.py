@@ -60,7 +60,7 @@ def stroke_chart() -> F32 | None:
     sheet[:] = rgb_of(PAPER)
     for number, note in enumerate(notes):
         x, y = number % COLUMNS * width, number // COLUMNS * height
-        color = PAINTS[number % len(PAINTS)]  # one more than columns: neighbours differ
+        color = PAINTS[number % len(PAINTS)]  # one more than columns: neighbors differ
         cell = sheet[y : y + height, x : x + width]
         cell[:] = _mark(note, color).over(rgb_of(PAPER))
     picture = OpenImageIO.ImageBuf(sheet)

@@ -1,4 +1,4 @@
-"""Centre and radius of a scene, robust against outliers."""
+"""Center and radius of a scene, robust against outliers."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ from brushgs.values.arrays import Array
 
 
 def robust_frame(means: Array) -> tuple[NDArray[np.float64], float]:
-    """Centre [3] and radius of the box that holds 98 % of the points along each axis, world units.
+    """Center [3] and radius of the box that holds 98 % of the points along each axis, world units.
 
     Args:
         means: [N, 3] points, float32 or float64.

@@ -1,4 +1,4 @@
-"""Nearest neighbours of points, by the k-d tree of the compiled core.
+"""Nearest neighbors of points, by the k-d tree of the compiled core.
 
 SciPy's finds the same distances, bit for bit, in about the same time, but its import takes 0.25 s: longer
 than all searches for a painting of 50,000 Gaussians.

@@ -1,7 +1,7 @@
-"""Visibility of each Gaussian in views: its area, and the colour of the pictures at its position.
+"""Visibility of each Gaussian in views: its area, and the color of the pictures at its position.
 
-An invisible Gaussian needs no stroke, and a stroke of solid paint should have the colour of the pictures at
-its position, not the mean colour of its members: for faint highlights over dark skin that would be white
+An invisible Gaussian needs no stroke, and a stroke of solid paint should have the color of the pictures at
+its position, not the mean color of its members: for faint highlights over dark skin that would be white
 flecks.
 """
 
@@ -24,7 +24,7 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import shift_base_colors
 
-SURE_AREA = 0.02  # pixels a view; for smaller areas, mostly covered by others, the colour is partly its own
+SURE_AREA = 0.02  # pixels a view; for smaller areas, mostly covered by others, the color is partly its own
 VISIBLE_POWER = 0.5  # of areas in k-means; with 0.375 and 0.65 seven scenes are within 0.1 dB
 LEAST_WEIGHT = 1e-2  # of the largest: other views may show Gaussians that these do not
 
@@ -35,7 +35,7 @@ class Seen:
 
     Attributes:
         areas: [N] visible area of each, mean over the views, pixels, >= 0.
-        gaussians: the Gaussians in the colours of the pictures at their positions.
+        gaussians: the Gaussians in the colors of the pictures at their positions.
     """
 
     areas: NDArray[np.float64]

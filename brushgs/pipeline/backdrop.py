@@ -52,7 +52,7 @@ class Setting:
         cameras: of the job.
         views: plain pictures of some of them; None without.
         kit: which strokes each brush suits.
-        colors: colour changes that the backdrop follows.
+        colors: color changes that the backdrop follows.
         styles: of the painting, or None.
     """
 
@@ -88,7 +88,7 @@ def open_backdrop(
 ) -> tuple[list[Coat], Materials, F32 | None]:
     """The coat of the backdrop, if look and scene have one, and the materials on it.
 
-    The third is what each sun of a day adds to the colours of that coat, RGB [K, n, 3], or None.
+    The third is what each sun of a day adds to the colors of that coat, RGB [K, n, 3], or None.
     """
     ground, first_view = config.ground, setting.first_view
     has_one = ground.stage or ground.backdrop > 0
@@ -181,7 +181,7 @@ def _stage(
 
 
 def _finished(strokes: Gaussians, *, setting: Setting, has_colors: bool, seed: int) -> Gaussians:
-    """Strokes of a stage in changed colours if they have none, and with the brushes of the subject."""
+    """Strokes of a stage in changed colors if they have none, and with the brushes of the subject."""
     from brushgs.passes.form.choose_brushes import choose_brushes
 
     if manner_of(setting.styles) is not None:
@@ -262,7 +262,7 @@ def _with_brushes(
 
 
 def _recolored(strokes: Gaussians, colors: Changes) -> Gaussians:
-    """Strokes of a stage in the hues of changed colours: their lightness was chosen against these."""
+    """Strokes of a stage in the hues of changed colors: their lightness was chosen against these."""
     from brushgs.values.colors import oklab_of, rgb_of_oklab
 
     lightness = oklab_of(base_colors(strokes.sh).astype(np.float64))[:, 0]

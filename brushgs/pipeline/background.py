@@ -1,4 +1,4 @@
-"""The background of a picture: a named colour, "#rrggbb" or an image file becomes a colour or an array."""
+"""The background of a picture: a named color, "#rrggbb" or an image file becomes a color or an array."""
 
 import math
 from pathlib import Path
@@ -22,7 +22,7 @@ def check_background(text: str) -> None:
     """Refuse a background that `open_background` could not use, before any work.
 
     Raises:
-        ValueError: if the text is neither a known name, a colour nor an existing file.
+        ValueError: if the text is neither a known name, a color nor an existing file.
     """
     is_color = text.lower() == TRANSPARENT or color_code(text) is not None
     if not is_color and not is_plain(Path(text)):
@@ -34,13 +34,13 @@ def open_background(text: str, width: int, height: int) -> Background:
     """Open the background of a picture.
 
     Args:
-        text: the name of a colour (`COLORS`), "transparent", "#rrggbb", or an image file.
+        text: the name of a color (`COLORS`), "transparent", "#rrggbb", or an image file.
         width: of the picture, pixels.
         height: of the picture, pixels.
 
     Returns:
-        None for transparent, one RGB colour 0 to 1, or float32 [height, width, 3]: the image scaled to fill
-        the picture and cropped evenly to its centre, on white if transparent.
+        None for transparent, one RGB color 0 to 1, or float32 [height, width, 3]: the image scaled to fill
+        the picture and cropped evenly to its center, on white if transparent.
 
     Raises:
         ValueError: if the text is no background.
@@ -68,7 +68,7 @@ def _crop(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.flo
     rows, columns = image.shape[:2]
     factor = max(width / columns, height / rows)
     for axis, (have, side) in enumerate(((rows, height), (columns, width))):
-        # Twice the visible part: its centre stays the same, and smoothing at its ends does not reach it.
+        # Twice the visible part: its center stays the same, and smoothing at its ends does not reach it.
         keep = min(have, 2 * math.ceil(side / factor) + 2 + have % 2)
         start = (have - keep) // 2
         image = np.take(image, range(start, start + keep), axis) if keep < have else image
@@ -94,7 +94,7 @@ def _flatten_rows(image: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def fill_picture(image: NDArray[np.float32], width: int, height: int) -> NDArray[np.float32]:
-    """Scale to cover width x height, antialiased where it shrinks, and crop to the centre."""
+    """Scale to cover width x height, antialiased where it shrinks, and crop to the center."""
     rows, columns = image.shape[:2]
     if (rows, columns) != (height, width):
         image = _shrink_blocks(_crop(image, width, height), width, height)

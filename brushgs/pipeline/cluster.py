@@ -43,7 +43,7 @@ def cluster(
             see `choose_strokes`; "24dB" is the fewest strokes that reach this PSNR to the plain picture,
             found by repeated clustering.
         features: "balanced" does not depend on the unit of the scene and weighs each Gaussian by its
-            contribution and the colour detail around it (`cluster_weights`); "paper" is raw and unweighted.
+            contribution and the color detail around it (`cluster_weights`); "paper" is raw and unweighted.
             See `cluster_features`.
         merge: "cover" or "paper", see `merge_clusters`.
         method: "minibatch" as published, "lloyd" with exact steps, "auto" by `choose_method`.
@@ -51,7 +51,7 @@ def cluster(
             threads.
         views: views to make the strokes for: a few small cameras (see `plain_views`), or plain pictures of
             the whole scene. Gaussians are then weighted by their visible share, strokes that differ from the
-            pictures are split in two, and colours are fitted to the pictures. None, or views that show
+            pictures are split in two, and colors are fitted to the pictures. None, or views that show
             nothing: all Gaussians count.
         focus: [N] > 0, factor on the number of strokes per area; None is 1 for all.
         camera: view of a target; None for that of `frame_scene`. Not used for a plain number.

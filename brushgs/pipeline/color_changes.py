@@ -1,4 +1,4 @@
-"""Colour changes that do not come from the scene: a palette, styles, swaps and adjustments.
+"""Color changes that do not come from the scene: a palette, styles, swaps and adjustments.
 
 A change is fitted once, to the strokes of a painting, and then also applied to strokes that are born later or
 drawn coarser, to the backdrop and to the ground.
@@ -27,17 +27,17 @@ if TYPE_CHECKING:
     from brushgs.values.style import Style
 
 UNCHANGED = Affine(np.eye(3), np.zeros(3))
-FLAT_SUBJECT = 0.7  # share of the way of a subject to the colours of a print: its form needs some between
-FEW_COLORS = 4096  # of a ground; from this number on each distinct colour is mapped once
+FLAT_SUBJECT = 0.7  # share of the way of a subject to the colors of a print: its form needs some between
+FEW_COLORS = 4096  # of a ground; from this number on each distinct color is mapped once
 
 
 class FittedMap:
-    """A colour change that is fitted to the first strokes it receives, then applied unchanged.
+    """A color change that is fitted to the first strokes it receives, then applied unchanged.
 
     Args:
         fit: from strokes to a map.
         first_view: of the scene, for changes that depend on its orientation.
-        names: stroke features that the map needs besides colour.
+        names: stroke features that the map needs besides color.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class FittedMap:
         self.map: ColorMap | None = None
 
     def __call__(self, strokes: Gaussians) -> Gaussians:
-        """The strokes in other colours."""
+        """The strokes in other colors."""
         if len(strokes) == 0:
             return strokes
         if self.map is None:
@@ -58,7 +58,7 @@ class FittedMap:
         return map_colors(strokes, self.map, self.features(strokes))
 
     def features(self, strokes: Gaussians) -> "StrokeFeatures | None":
-        """The features that the map needs besides colour; None for none."""
+        """The features that the map needs besides color; None for none."""
         if not self._names:
             return None
         from brushgs.passes.style.features import stroke_features
@@ -67,7 +67,7 @@ class FittedMap:
         return stroke_features(strokes, self._first_view, names=self._names)
 
     def colors(self, rgb: Array, by: ColorMap | None = None) -> Array:
-        """Map colours [..., 3] of no stroke, 0 to 1; unchanged if nothing was fitted yet."""
+        """Map colors [..., 3] of no stroke, 0 to 1; unchanged if nothing was fitted yet."""
         one = by or self.map
         if one is None:
             return rgb
@@ -107,7 +107,7 @@ def style_change(styles: Styles, first_view: FirstView | None, cameras: Sequence
     Args:
         styles: of the painting.
         first_view: see `FittedMap`.
-        cameras: only the visible share of each stroke counts toward the colours of the scene. On koala this
+        cameras: only the visible share of each stroke counts toward the colors of the scene. On koala this
             reduces the distance to three paintings by 78 to 81 %, instead of 57 to 60 % with hidden paint.
     """
 
@@ -160,14 +160,14 @@ def adjust_change(config: AdjustConfig, *, is_gray: bool = False) -> FittedMap:
 
 @dataclass(frozen=True, eq=False)
 class Changes:
-    """Styles and adjustments of a painting: their passes, and the colours of backdrop and ground.
+    """Styles and adjustments of a painting: their passes, and the colors of backdrop and ground.
 
     Attributes:
         styles: or None.
         adjust: the adjustments.
         first_view: of the scene; None if no style needs it.
         cameras: see `style_change`.
-        is_gray: whether all colours become grey in the end.
+        is_gray: whether all colors become grey in the end.
     """
 
     styles: Styles | None
@@ -208,10 +208,10 @@ class Changes:
             steps = sum(share * log_sizes(edit, strokes, features) for edit, share in styles.edits)
             return resized(change(strokes), np.asarray(steps))
 
-        return [StrokePass("style colours", f"in the colours of {', '.join(styles.names)}", restyled)]
+        return [StrokePass("style colors", f"in the colors of {', '.join(styles.names)}", restyled)]
 
     def adjust_passes(self) -> list[StrokePass]:
-        """The stage of adjustments, if any: the last colour change, so that grey stays grey."""
+        """The stage of adjustments, if any: the last color change, so that grey stays grey."""
         if self._adjust is None:
             return []
         words = [described(self.adjust)] * self.adjust.changes + ["grey"] * self.is_gray
@@ -222,7 +222,7 @@ class Changes:
         return in_colors(strokes, self._behind(base_colors(strokes.sh), has_grounds=False))
 
     def adjusted(self, strokes: Gaussians) -> Gaussians:
-        """Strokes in the colours of styles already, with what `--adjust` does."""
+        """Strokes in the colors of styles already, with what `--adjust` does."""
         if self._adjust is None:
             return strokes
         return in_colors(strokes, self._adjust.colors(base_colors(strokes.sh)))
@@ -240,15 +240,15 @@ class Changes:
 
 
 def _map_behind(one: ColorMap | None, styles: Styles, mean: F64, *, has_grounds: bool) -> ColorMap | None:
-    """The colour map of styles for backdrop and ground.
+    """The color map of styles for backdrop and ground.
 
-    A map fitted to strokes may map other colours out of the painting: the complement of a scene became a
+    A map fitted to strokes may map other colors out of the painting: the complement of a scene became a
     brown in the blues of a night. So the result is shifted until its mean is in the painting.
 
     Args:
         one: the map of the strokes.
         styles: of the painting.
-        mean: [3] mean colour behind the strokes.
+        mean: [3] mean color behind the strokes.
         has_grounds: whether the ground is already blended with those of styles.
     """
     if not isinstance(one, Blend):

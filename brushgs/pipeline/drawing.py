@@ -64,7 +64,7 @@ def open_brushes(
         styled: names of the brushes of styles; a kernel cannot be mixed with them.
         report: gets the stage.
         by_material: whether smooth and rough surfaces have brushes of their own.
-        stroke_color: whose colour paint has.
+        stroke_color: whose color paint has.
     """
     with report.stage("stroke") as stage:
         from brushgs.brushes.brush_set import MOST_BRUSHES, BrushSet, paths_of, size_for
@@ -328,7 +328,7 @@ def write_picture(
 
 
 def _write_paths(frame: Frame, path: Path, background: Background, shot: "Shot | None", stage: Stage) -> None:
-    """Write the strokes of a frame as paths; a picture behind them becomes its mean colour."""
+    """Write the strokes of a frame as paths; a picture behind them becomes its mean color."""
     from brushgs.formats.pictures.svg import write_svg
 
     paths = frame.paths

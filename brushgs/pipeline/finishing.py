@@ -80,7 +80,7 @@ def with_values(
     has_own: str | None,
     views: PlainViews | None = None,
 ) -> "tuple[list[Coat], Materials, Values | None]":
-    """The backdrop and the strokes in graded colours, and the grading or None.
+    """The backdrop and the strokes in graded colors, and the grading or None.
 
     Args:
         config: the options.

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 SMALL = 240  # pixels, longer side of the views that show where strokes face
 MOST_VIEWS = 8
 INSIDE = 0.5  # strength of the light in a room, relative to an object: walls are flat and show every error
-SUN_STEP = 3.0  # degrees of the sun's path between interpolated colours
+SUN_STEP = 3.0  # degrees of the sun's path between interpolated colors
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ def day_of(
         key: the light on the strokes; None if they keep theirs.
         strokes: k strokes, as made.
         coats: of the painting.
-        of_backdrop: [K, n, 3] what each sun adds to the colours of the backdrop, RGB; or None.
+        of_backdrop: [K, n, 3] what each sun adds to the colors of the backdrop, RGB; or None.
     """
     from brushgs.rendering.day import Day
 

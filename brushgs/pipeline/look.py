@@ -26,7 +26,7 @@ BOUGHT = {"canvas": "#dccfb8", "paper": "#f7f3ea"}  # untoned grounds
 BY_LIGHT = 2.0  # ratio of `Relief.by_light` to the strength of the key light
 LINE_BRUSH = "line"
 MOST_PIXELS = 1 << 25  # of a ground that is made at once: 640 MB; 7680 x 4320 and a little more
-PROOF_SIDE = 4096  # pixels, of the ground of a larger picture, for its mean colour
+PROOF_SIDE = 4096  # pixels, of the ground of a larger picture, for its mean color
 
 
 def open_relief(
@@ -59,7 +59,7 @@ def open_surface(
         ground: its options.
         canvas: below the ground, and the strength of its grain.
         background: shown without a ground, as `open_background` takes it.
-        gaussians: the scene, whose colours a toned ground matches.
+        gaussians: the scene, whose colors a toned ground matches.
         camera: gives the size.
         report: gets the stage, only if there is a surface.
         dpi: pixels per inch on paper; None without a physical size.
@@ -79,8 +79,8 @@ def open_surface(
         if shown.ndim == 1 and camera.width * camera.height > MOST_PIXELS:
             camera = camera.in_side(PROOF_SIDE)
         surface = recipe.surface(height=camera.height, width=camera.width)
-        of_colour = "transparent" if color is None else "a picture" if np.ndim(color) == 3 else _code(color)
-        stage.did = f"{background if ground.ground == 'none' else ground.ground}, {of_colour}"
+        of_color = "transparent" if color is None else "a picture" if np.ndim(color) == 3 else _code(color)
+        stage.did = f"{background if ground.ground == 'none' else ground.ground}, {of_color}"
         if kind != "none":
             stage.did += f", on {kind}"
         stage.counts = {"ground": ground.ground, "canvas": kind}

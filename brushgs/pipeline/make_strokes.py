@@ -1,6 +1,6 @@
 """Clustering and the passes after it, as one function from a number of strokes to strokes.
 
-    cluster -> solid -> direction -> repaint (-> recolor) -> broken colour
+    cluster -> solid -> direction -> repaint (-> recolor) -> broken color
 
 A painting calls it once, the search for an error budget or a stroke size repeatedly, and the bench for each
 point of its curves, so all measure what is painted.

@@ -43,7 +43,7 @@ class Moving:
         film: the moment of each frame.
         motion: of the strokes.
         positions: [F] position of each frame's moment in the motion.
-        takes_light: whether strokes follow colour changes of the scene: marks of a drawing do not.
+        takes_light: whether strokes follow color changes of the scene: marks of a drawing do not.
     """
 
     scene: "MovingScene"
@@ -167,7 +167,7 @@ def follow_strokes(
         found: how rows move, from `load_clip`.
         plain: Gaussians of `load_clip` that are followed one by one; or None.
         asked: the requested number of strokes; None for no fixed number.
-        memory: of earlier jobs: where rows correspond, strokes of other colours are not followed anew.
+        memory: of earlier jobs: where rows correspond, strokes of other colors are not followed anew.
 
     Returns:
         The strokes, those born later at the end; the plain Gaussians, with ids after those of strokes; and
@@ -235,7 +235,7 @@ def follow_strokes(
 
 
 def _columns(gaussians: Gaussians) -> "tuple[NDArray[Any], ...]":
-    """The columns but colours."""
+    """The columns but colors."""
     assert gaussians.ids is not None, "who is followed has ids"
     return gaussians.ids, gaussians.means, gaussians.quats, gaussians.scales, gaussians.opacities
 

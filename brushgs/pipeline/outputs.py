@@ -30,7 +30,7 @@ def scene_inputs(scene: SceneFiles | None) -> tuple[Path, ...]:
 
 
 def input_files(scene: SceneFiles | None, config: PaintConfig) -> tuple[Path, ...]:
-    """The input files of a painting; names of built-in strokes and colours among them are no files."""
+    """The input files of a painting; names of built-in strokes and colors among them are no files."""
     palette = () if config.palette is None else (config.palette.file,)
     styles = () if config.style is None else config.style.files
     return (
@@ -149,7 +149,7 @@ def check_encoding(path: Path, config: PaintConfig) -> None:
 
 
 def _check_colorspace(path: Path, output: OutputConfig) -> None:
-    """Refuse a colour space that a file does not hold. Raises ValueError."""
+    """Refuse a color space that a file does not hold. Raises ValueError."""
     space = output.colorspace
     if space is None or holds_depth(path):
         return

@@ -162,12 +162,12 @@ def marks_continued(
 
     with report.stage("continue") as stage:
         marks = given.joined.marks
-        learnt = None if marks is None else learn(strokes, marks, first_view)
-        if learnt is None:
+        learned = None if marks is None else learn(strokes, marks, first_view)
+        if learned is None:
             why = "hold no paint" if marks is None else "cover no stroke"
             stage.skipped.append(f"continue: the marks {why}, so there is nothing to learn from")
             return strokes
-        after, num = learnt(strokes)
+        after, num = learned(strokes)
         stage.did = f"{num:,} of {len(strokes):,} strokes are like those below the marks"
         stage.counts = {"strokes": num}
     return after

@@ -77,7 +77,7 @@ class Prepared:
         cameras: the views, one per frame.
         path: the path that the cameras belong to; None for a still.
         background: behind the strokes; None for transparent.
-        palette: the palette of the strokes; None if they keep their colours.
+        palette: the palette of the strokes; None if they keep their colors.
         notes: what the scene file holds besides its Gaussians; None for Gaussians in memory.
         first_view: of the scene.
         painting: coats of strokes, ground and lamp.
@@ -90,7 +90,7 @@ class Prepared:
         region_names: of the parts with their own rules, from label 1 on.
         plain: Gaussians that are drawn unpainted among the strokes; None if all are painted.
         edges: role of each stroke in lost and found edges; None without them.
-        ground_changes: colour changes of the ground, in order.
+        ground_changes: color changes of the ground, in order.
         view: the options of the view, with the size and position of a composed picture.
         plain_views: small plain pictures that guided the strokes; None if the scene alone decides.
     """
@@ -180,14 +180,14 @@ def prepare(
 
 
 def _note_unseen(config: PaintConfig) -> None:
-    """Warn if colours are requested of a monochrome medium."""
+    """Warn if colors are requested of a monochrome medium."""
     media = config.media
     chroma = config.color.chroma
     unseen = [("--palette", config.palette is not None), (f"--chroma {chroma:g}", chroma > 1)]
     if media.has_own_color:
         cure = "take a look in paint, such as oil or watercolour, or set color in [media] of a look file"
         for flag in (flag for flag, is_asked in unseen if is_asked):
-            fact = f"{flag} gives no colours, since {media.kind} is of one, {media.color}"  # type: ignore[attr-defined]
+            fact = f"{flag} gives no colors, since {media.kind} is of one, {media.color}"  # type: ignore[attr-defined]
             warnings.warn(SceneWarning(f"{fact}; {cure}"), stacklevel=2)
 
 

@@ -52,7 +52,7 @@ class Region:
 
     @property
     def recolors(self) -> bool:
-        """Whether its colours differ from those of the painting."""
+        """Whether its colors differ from those of the painting."""
         rule = self.rule
         return self.palette is not None or rule.style is not None or rule.adjust is not None
 
@@ -98,7 +98,7 @@ class Regions:
 
     @property
     def recolors(self) -> bool:
-        """Whether the colours of a part differ from those of the scene."""
+        """Whether the colors of a part differ from those of the scene."""
         return any(region.recolors for region in self.regions)
 
     def place(

@@ -137,7 +137,7 @@ class SequenceFrames:
         return *found, *held, self.hand.state(index)
 
     def _seen(self, index: int) -> tuple[object, ...]:
-        """A key of everything that decides the colours of a frame."""
+        """A key of everything that decides the colors of a frame."""
         camera = self.path.cameras[index]
         places = [_place(track, index) for track in self.tracks if track is not None]
         lens = camera.K.tobytes(), camera.width, camera.height, camera.near

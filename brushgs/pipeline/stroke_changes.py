@@ -34,7 +34,7 @@ class StrokeChanges:
     Attributes:
         making: passes that make strokes of clusters.
         finish: later passes; none if all run while strokes are made.
-        colors: colour changes that do not come from the scene, for backdrop and ground.
+        colors: color changes that do not come from the scene, for backdrop and ground.
     """
 
     making: Sequence[StrokePass]
@@ -149,7 +149,7 @@ def direction_pass(
 def repaint_pass(
     gaussians: Gaussians, views: "PlainViews | None", skip: str | None, memory: Memory
 ) -> StrokePass:
-    """The pass that takes colours from views of the scene at the strokes."""
+    """The pass that takes colors from views of the scene at the strokes."""
 
     def seen(strokes: Gaussians) -> Gaussians:
         from brushgs.passes.color.repaint import repaint
@@ -158,7 +158,7 @@ def repaint_pass(
         return repaint(strokes, gaussians, views)
 
     off = "--see off" if views is None else None
-    what = "in the colours that are seen there"
+    what = "in the colors that are seen there"
     return StrokePass("repaint", what, seen, skip or off, {}, (gaussians, views), memory)
 
 
@@ -176,7 +176,7 @@ def defocus_pass(lens: "Lens", config: StrokesConfig, skip: str | None, memory: 
 
 
 def broken_color_pass(config: StrokesConfig, *, seed: int, skip: str | None) -> StrokePass:
-    """The pass that varies colours from stroke to stroke, after a palette."""
+    """The pass that varies colors from stroke to stroke, after a palette."""
 
     def broken(strokes: Gaussians) -> Gaussians:
         from brushgs.passes.color.broken_color import CHROMA, LIGHTNESS, break_colors
@@ -186,11 +186,11 @@ def broken_color_pass(config: StrokesConfig, *, seed: int, skip: str | None) -> 
 
     is_off = "--broken-color 0" if config.broken_color == 0 else None
     what = f"differ by {config.broken_color:g} in lightness"
-    return StrokePass("broken colour", what, broken, skip or is_off, {"lightness": config.broken_color})
+    return StrokePass("broken color", what, broken, skip or is_off, {"lightness": config.broken_color})
 
 
 def grading_passes(config: ColorConfig, *, seed: int) -> list[StrokePass]:
-    """The passes that grade colours; none if the look does not."""
+    """The passes that grade colors; none if the look does not."""
 
     def graded(strokes: Gaussians) -> Gaussians:
         from brushgs.passes.color.tone import grade
@@ -211,7 +211,7 @@ def grading_passes(config: ColorConfig, *, seed: int) -> list[StrokePass]:
 
     passes = []
     if config.grades:
-        passes.append(StrokePass("colour", f"graded, chroma x {config.chroma:g}", graded))
+        passes.append(StrokePass("color", f"graded, chroma x {config.chroma:g}", graded))
     if config.pigments:
         what = f"mixed of {config.pigments} pigments"
         passes.append(StrokePass("pigments", what, mixed, counts={"pigments": config.pigments}))
@@ -261,7 +261,7 @@ def part_brush_passes(kit: "BrushKit", row_of: Mapping[str, int], *, seed: int) 
 
 
 def brush_color_pass(brushes: "BrushSet") -> StrokePass:
-    """Strokes take the mean colours of their brushes, where these have colours."""
+    """Strokes take the mean colors of their brushes, where these have colors."""
 
     def colored(strokes: Gaussians) -> Gaussians:
         rows = np.zeros(len(strokes), np.uint8) if strokes.brushes is None else strokes.brushes
@@ -271,7 +271,7 @@ def brush_color_pass(brushes: "BrushSet") -> StrokePass:
                 rgb[rows == row] = texture.tint.mean
         return in_colors(strokes, rgb)
 
-    return StrokePass("stroke colour", "in the colours of their brushes", colored)
+    return StrokePass("stroke color", "in the colors of their brushes", colored)
 
 
 def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> list[StrokePass]:
@@ -300,5 +300,5 @@ def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> 
     by_chance = sum(share for _, share in plain)
     total = by_chance + sum(share for _, _, share in own)
     num = sum(len(rows) for rows, _ in plain) + sum(len(rows) for _, rows, _ in own)
-    how = "by colour and contrast" if own else "by chance"
+    how = "by color and contrast" if own else "by chance"
     return [StrokePass("style brushes", f"{how} of {num} brushes, {total:.0%}", mixed)]

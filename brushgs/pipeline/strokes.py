@@ -279,7 +279,7 @@ def open_palette(config: PaletteConfig | None, report: Report) -> "Palette | Non
             palette = Palette.of_image(image, space=config.space)
         except ValueError as error:
             raise SceneError(
-                config.file, f"has no colours to take ({error}); choose another picture"
+                config.file, f"has no colors to take ({error}); choose another picture"
             ) from None
         height, width = image.shape[:2]
         stage.did = f"{config.file}, {width}x{height} pixels"
@@ -293,10 +293,8 @@ def _palette_of_style(config: PaletteConfig, stage: Stage) -> "Palette":
 
     style = read_style(config.file)
     if style.palette is None:
-        raise SceneError(
-            config.file, "is the style of an edit, which has no colours; give that of a painting"
-        )
-    stage.did = f"{config.file}, {len(style.palette.colors)} colours"
+        raise SceneError(config.file, "is the style of an edit, which has no colors; give that of a painting")
+    stage.did = f"{config.file}, {len(style.palette.colors)} colors"
     stage.counts = {"path": str(config.file)}
     return Palette.of_colors(style.palette.samples, style.palette.weights, space=config.space)
 
@@ -328,9 +326,9 @@ def recolor_scene(
     is_strokes: bool = True,
     shares: "F64 | None" = None,
 ) -> Gaussians:
-    """Give strokes, or Gaussians, the colours of the palette; a stage only if there is one.
+    """Give strokes, or Gaussians, the colors of the palette; a stage only if there is one.
 
-    `shares` [N] 0 to 1 is the strength for each, None for 1: at 0 colours are unchanged, bit for bit.
+    `shares` [N] 0 to 1 is the strength for each, None for 1: at 0 colors are unchanged, bit for bit.
     """
     if palette is None or config is None:
         return gaussians
@@ -343,7 +341,7 @@ def recolor_scene(
         stage.did = f"{num:,} {what}, {config.strength:.0%} of the way in {config.space}"
         stage.counts = {what.lower(): num, "strength": config.strength, "space": config.space}
         if config.strength == 0:
-            stage.skipped.append("recolouring: the strength is 0")
+            stage.skipped.append("recoloring: the strength is 0")
     return gaussians
 
 

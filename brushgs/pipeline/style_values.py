@@ -1,6 +1,6 @@
-"""Numbers blended between styles and a look: strokes, broken colour, ground and relief.
+"""Numbers blended between styles and a look: strokes, broken color, ground and relief.
 
-This is a layer between a look and flags: flags win. For colours and directions see `pipeline.styling`.
+This is a layer between a look and flags: flags win. For colors and directions see `pipeline.styling`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ LONGEST = 4.5  # of strokes of a scene, lengths over widths, hardly any of which
 CANVAS = 1000, 750  # pixels of the picture that stroke counts refer to
 # Range of strokes of a style. Large washes would be 100 strokes; with 800 the truck is unrecognisable.
 FEWEST, MOST = 2400, 20_000
-# OKLab lightness, that of the look of broken colour: marks of paintings differ by 0.05 to 0.14, but much of
+# OKLab lightness, that of the look of broken color: marks of paintings differ by 0.05 to 0.14, but much of
 # this is what they depict; with 0.05 a grey street turns to confetti.
 MOST_BROKEN = 0.034
 MOST_TINT = 0.2  # of a ground, OKLab a and b
@@ -40,8 +40,8 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
         values: step -> field -> value of a look; missing values have the default of their class.
 
     Returns:
-        The values with a changed broken colour, a relief if a style has one, the number of strokes if that of
-        the look is a `UsualCount`, and the ground if it has one colour and a style has one; the input itself
+        The values with a changed broken color, a relief if a style has one, the number of strokes if that of
+        the look is a `UsualCount`, and the ground if it has one color and a style has one; the input itself
         if no share is above 0.
     """
     drawn = [(style, style.marks, share) for style, share in styles if style.marks is not None and share > 0]
@@ -78,7 +78,7 @@ def _flattened(values: StepValues, flat: float) -> dict[str, float]:
 
 
 def _broken_color(style: Style, marks: StyleMarks) -> float:
-    """The broken colour of a style; none in black and white, less in a print."""
+    """The broken color of a style; none in black and white, less in a print."""
     if is_grey(style.palette):
         return 0.0
     return (1 - style.flatness) * min(marks.broken_lightness, MOST_BROKEN)

@@ -68,7 +68,7 @@ class Styles:
 
     @property
     def edits(self) -> "list[tuple[StyleEdit, float]]":
-        """Styles learnt from edits, with shares."""
+        """Styles learned from edits, with shares."""
         return [(style.edit, share) for style, share in self.parts if style.edit is not None]
 
     @property

@@ -35,7 +35,7 @@ def mixed(styles: Sequence[Style], config: StyleConfig) -> Style:
     """Mix styles of paintings by the shares and dials in `config`."""
     colors = []
     for style, one in zip(styles, config.styles, strict=True):
-        assert style.palette is not None, "a painting has colours"
+        assert style.palette is not None, "a painting has colors"
         share = one.share * one.color
         colors += [replace(color, share=color.share * share) for color in style.palette.colors if share > 0]
     total = sum(color.share for color in colors)

@@ -60,7 +60,7 @@ def open_style(path: Path) -> PaintingStyle:
     style = read_style(path)
     if style.palette is None:
         raise SceneError(
-            path, "was learnt from an edit, which has no colours and marks; give a painting, or its style"
+            path, "was learned from an edit, which has no colors and marks; give a painting, or its style"
         )
     return PaintingStyle(style, painted(style))
 
@@ -91,7 +91,7 @@ def _learnt(painting: Array, path: Path) -> Style:
     try:
         palette = learn_palette(painting)
     except ValueError as error:
-        raise SceneError(path, f"has no colours to take ({error}); choose another picture") from None
+        raise SceneError(path, f"has no colors to take ({error}); choose another picture") from None
     try:
         marks = learn_marks(painting, 0)  # strokes are fitted to the painting, so they take no marks from it
         if not marks.brushes:
@@ -109,7 +109,7 @@ def _with_brushes(marks: StyleMarks) -> StyleMarks:
 
 def painted(style: Style, *, seed: int = 0) -> F32:
     """[H, W, 3] a painting in a style with a palette: equal styles and seeds give equal pictures."""
-    assert style.palette is not None, "a painting has colours"
+    assert style.palette is not None, "a painting has colors"
     rng = np.random.default_rng(seed)
     width, height = SIZE
     short = min(SIZE)
@@ -146,7 +146,7 @@ def _angles(marks: StyleMarks, u: F64, v: F64, rng: np.random.Generator) -> F64:
 
 def _colors(style: Style, x: F64, y: F64, rng: np.random.Generator) -> F64:
     """[n, 3] colors of marks: the palette's colors in their shares, with similar neighbors."""
-    assert style.palette is not None, "a painting has colours"
+    assert style.palette is not None, "a painting has colors"
     phases = rng.uniform(0, 2 * np.pi, 4)
     turns = 2 * np.pi * 0.5 * LUMPS
     tones = np.sin(0.8 * turns * x + phases[0] + np.sin(turns * y + phases[1]))

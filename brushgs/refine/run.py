@@ -90,11 +90,11 @@ def refine_file(
     from brushgs.refine.rates import rates_of_rows, with_weights
 
     config = with_weights(config, report)
-    learnt = None
+    learned = None
     if config.style is not None:
-        learnt = _open_style(config.style, report)
+        learned = _open_style(config.style, report)
         if paint.palette is None:
-            paint = replace(paint, palette=_palette_of(config.style, learnt, output))
+            paint = replace(paint, palette=_palette_of(config.style, learned, output))
     prepared = prepare(
         scene,
         paint if config.where is None else replace(paint, palette=None),  # applies to that part only
@@ -107,13 +107,13 @@ def refine_file(
         prepared, gaussians = _recolored(prepared, moves, paint.palette, config, report)
     name = name_of(files, prepared.notes)
     shown_at = _shown_over_time(prepared, gaussians, paint)
-    prepared, moves, is_laid = _in_style(prepared, moves, learnt, shown_at, paint, config, output, report)
+    prepared, moves, is_laid = _in_style(prepared, moves, learned, shown_at, paint, config, output, report)
     from brushgs.refine.fit import FitSchedule
     from brushgs.refine.refine_strokes import StyleTarget, refine_strokes
     from brushgs.refine.variables import Variables
 
     strokes, drawing = prepared.strokes, _drawing(prepared)
-    target = None if learnt is None else StyleTarget(learnt.painting, is_laid)
+    target = None if learned is None else StyleTarget(learned.painting, is_laid)
     fit = describe_fit(scene, paint, config, prepared, gaussians, up_text(view.up))
     with _resumable(Checkpoint(checkpoint_of(output), fit), config, report) as checkpoint:
         views = _target_views(prepared, shown_at, config, report)
@@ -152,7 +152,7 @@ def _drawing(prepared: Prepared) -> "Drawing":
     return Drawing.of(prepared.texture, prepared.options, motion, takes_light=takes_light)
 
 
-def _palette_of(style: StyleConfig, learnt: PaintingStyle, output: Path) -> PaletteConfig:
+def _palette_of(style: StyleConfig, learned: PaintingStyle, output: Path) -> PaletteConfig:
     """The colors of styles in their shares; those of several are written beside the output."""
     strength = sum(one.share * one.color for one in style.styles)
     if len(style.files) == 1:
@@ -160,26 +160,26 @@ def _palette_of(style: StyleConfig, learnt: PaintingStyle, output: Path) -> Pale
     from brushgs.formats.styles_write import write_style
     from brushgs.refine.in_style import style_beside
 
-    write_style(learnt.style, style_beside(output))
+    write_style(learned.style, style_beside(output))
     return PaletteConfig(style_beside(output), strength)
 
 
 def _open_style(style: StyleConfig, report: Report) -> PaintingStyle:
     """The style of a painting, or the mix of several, as one stage."""
     with report.stage("style") as stage:
-        learnt, path = open_styles(style), style.only or style
-        marks, height, width = learnt.style.marks, *learnt.painting.shape[:2]
+        learned, path = open_styles(style), style.only or style
+        marks, height, width = learned.style.marks, *learned.painting.shape[:2]
         is_picture = isinstance(path, Path) and not is_style(path)
         stage.did = f"{path}, {width}x{height} pixels" if is_picture else f"{path}"
         if marks is None:
-            stage.skipped.append("marks: it shows none, so strokes keep their own and take its colours")
+            stage.skipped.append("marks: it shows none, so strokes keep their own and take its colors")
         else:
             stage.did += (
                 f": marks {marks.length:.1%} of its shorter side long, {marks.aspect:.1f} times as long as "
                 f"wide, {len(marks.brushes)} brushes"
             )
         stage.counts = {"path": str(path), "brushes": 0 if marks is None else len(marks.brushes)}
-    return learnt
+    return learned
 
 
 def _recolored(
@@ -202,7 +202,7 @@ def _recolored(
 def _in_style(
     prepared: Prepared,
     moves: Mask | None,
-    learnt: PaintingStyle | None,
+    learned: PaintingStyle | None,
     shown_at: Callable[[int | None], Gaussians],
     paint: PaintConfig,
     config: RefineConfig,
@@ -213,8 +213,8 @@ def _in_style(
 
     Also writes the style file beside the output.
     """
-    marks = None if learnt is None or config.params == "color" else learnt.style.marks
-    if learnt is None or marks is None or prepared.texture.kind != "image":
+    marks = None if learned is None or config.params == "color" else learned.style.marks
+    if learned is None or marks is None or prepared.texture.kind != "image":
         return prepared, moves, False
     from brushgs.refine.in_style import lay_in_style, style_beside
 
@@ -227,7 +227,7 @@ def _in_style(
     if marks.brushes and not is_input:
         from brushgs.formats.styles_write import write_style
 
-        write_style(learnt.style, beside)
+        write_style(learned.style, beside)
     return laid.prepared, None if moves is None else laid.moves, True
 
 

@@ -86,7 +86,7 @@ def _lamp_of(lamp: Lamp, slope_x: float, slope_y: float) -> Lamp:
 
 
 def paper_all_around(painting: "Painting", face: Camera) -> Surface | None:
-    """The ground of a face: its colour, and paper grain as noise on the sphere, without weave."""
+    """The ground of a face: its color, and paper grain as noise on the sphere, without weave."""
     surface = painting.surface
     if surface is None:
         return None
@@ -106,7 +106,7 @@ def paper_all_around(painting: "Painting", face: Camera) -> Surface | None:
 
 
 def _places(face: Camera) -> tuple[F64, F64]:
-    """X [1, W] and y [H, 1] of the pixel centres of a camera at depth 1."""
+    """X [1, W] and y [H, 1] of the pixel centers of a camera at depth 1."""
     x = (np.arange(face.width) + 0.5 - face.K[0, 2]) / face.K[0, 0]
     y = (np.arange(face.height) + 0.5 - face.K[1, 2]) / face.K[1, 1]
     return x[None], y[:, None]

@@ -19,7 +19,7 @@ from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
-NO_REACH = 1e-6  # reach of underpaint in half extents, too small to cover a pixel centre
+NO_REACH = 1e-6  # reach of underpaint in half extents, too small to cover a pixel center
 
 
 def with_soft_brush(

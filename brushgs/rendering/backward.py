@@ -76,7 +76,7 @@ def project_backward(
     They are the exact derivative of the computed value, where it exists. Otherwise:
 
     - Culling and the order of boxes have no derivative: rows without a box get zeros.
-    - Colour channels clamped to 0 have no gradient.
+    - Color channels clamped to 0 have no gradient.
     - Outside 1.3 times the field of view, the clamped Jacobian has no gradient by the position.
     - The angle of a round ellipse (direction below rounding, 1e-14) has no gradient. Just above, its gradient
       grows like 1 / anisotropy.

@@ -16,7 +16,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.hashing import GOLDEN, uniform
 
 WIDTH = 0.13  # of the border, over the picture's smaller side
-# At the very border a fifth of the boxes is left; none with centres 0.35 border widths outside.
+# At the very border a fifth of the boxes is left; none with centers 0.35 border widths outside.
 LEFT_AT_BORDER, SPREAD, FADE = 0.35, 1.1, 0.25  # in widths of the border
 
 
@@ -24,7 +24,7 @@ def thin_to_border(boxes: Boxes, camera: Camera, *, width: float = WIDTH, seed: 
     """Lower the opacity of boxes near the border of the picture, by random amounts.
 
     The opacity of a box is multiplied by (d / width + 0.35 - 1.1 r) / 0.25, clipped to 0 to 1; d is the
-    distance of its centre from the nearest side (negative outside) over the picture's smaller side, r a hash
+    distance of its center from the nearest side (negative outside) over the picture's smaller side, r a hash
     of its row in 0 to 1.
 
     Args:
@@ -51,6 +51,6 @@ def thin_to_border(boxes: Boxes, camera: Camera, *, width: float = WIDTH, seed: 
 def uniform_of(ids: NDArray[np.integer[Any]], seed: int) -> F64:
     """[M] hashes of rows, 0 to 1.
 
-    Not multiples of the golden ratio: neighbours on a Fibonacci lattice would get almost equal numbers.
+    Not multiples of the golden ratio: neighbors on a Fibonacci lattice would get almost equal numbers.
     """
     return uniform(ids.astype(np.uint64) + np.uint64(seed) * np.uint64(2**32) + np.uint64(GOLDEN))

@@ -45,7 +45,7 @@ class Canvas:
     Args:
         camera: gives the size.
         surface: the ground; None for strokes alone.
-        is_transparent: leave out the colour of the surface; its height and grain still apply.
+        is_transparent: leave out the color of the surface; its height and grain still apply.
         is_moving: see `Painting`.
         wanted: requested layers of the frame.
         region_names: see `Painting`.
@@ -120,7 +120,7 @@ class Canvas:
         return frame
 
     def _glaze(self, glaze: Frame) -> None:
-        """Multiply what lies below by the colours of a glaze."""
+        """Multiply what lies below by the colors of a glaze."""
         if self._frame is not None:
             np.multiply(self._frame.rgb, glaze.rgb, out=self._frame.rgb)
         if self._tint is None:
@@ -129,7 +129,7 @@ class Canvas:
             np.multiply(self._tint, glaze.rgb, out=self._tint)
 
     def finish(self, lamp: "Lamp | None" = None) -> Frame:
-        """The picture: opaque if the surface has a colour, lit if there is a lamp; see `layered`."""
+        """The picture: opaque if the surface has a color, lit if there is a lamp; see `layered`."""
         frame = self._frame
         if frame is None:
             held = self._painted or Part.whole(self._camera.width, self._camera.height)
@@ -290,7 +290,7 @@ class Painting:
 
         scale = canvas_scale(camera.width, camera.height, self.dpi)
         taps = blur_taps(BLUR_MOVING if self.is_moving else BLUR, scale)
-        return max(of_effects, default=0) + len(taps) // 2 + 1  # slopes are differences of neighbours
+        return max(of_effects, default=0) + len(taps) // 2 + 1  # slopes are differences of neighbors
 
     def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Painting":
         """The same painting at a moment of a moving scene, see `Coat.posed`."""
@@ -326,7 +326,7 @@ class Painting:
             camera: the view.
             directions: of the strokes of each tracked coat, see `track_directions`.
             boxes: returns the boxes of a coat, in place of `Coat.boxes`; see `Hand`.
-            wanted: requested outputs beside colours.
+            wanted: requested outputs beside colors.
         """
         if self.rig is not None:
             return self.rig.frame(self, camera, directions, wanted=wanted)
@@ -390,7 +390,7 @@ def _like(array: Array, other: Array | None) -> Any:
 
 
 def _with_glazes(frame: Frame, tint: Array) -> Frame:
-    """Glazes without a ground: colour and alpha that give the same picture on white."""
+    """Glazes without a ground: color and alpha that give the same picture on white."""
     passed, darkest = 1 - frame.alpha, tint.min(axis=2)
     rgb = frame.rgb + (passed[..., None] * (tint - darkest[..., None]))
     return replace(frame, rgb=rgb, alpha=1 - passed * darkest)

@@ -28,7 +28,7 @@ class Cut:
         normals: [K, 3] toward the side from which they are erased.
         tolerances: [K] world units: paint up to this far in front of a disc does not hide it.
         touching: [N] mask of strokes of the surface that reach into a disc, within which they are erased.
-        inside: [N] mask of those whose centre lies in a disc; omitted entirely where strokes cannot be cut.
+        inside: [N] mask of those whose center lies in a disc; omitted entirely where strokes cannot be cut.
     """
 
     discs: Gaussians

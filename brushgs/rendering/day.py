@@ -1,7 +1,7 @@
-"""A moving sun over a painting: colours of the strokes under several suns, interpolated.
+"""A moving sun over a painting: colors of the strokes under several suns, interpolated.
 
 Strokes keep their positions and brushes. The suns are chosen once for a job, so that a frame painted alone
-has the same colours as in the film.
+has the same colors as in the film.
 """
 
 from collections.abc import Mapping
@@ -23,9 +23,9 @@ class Day:
     """The suns of a day, K >= 2.
 
     Attributes:
-        towards: [K, 3] unit vectors toward the sun, world axes, evenly spread over the day; neighbours are
+        towards: [K, 3] unit vectors toward the sun, world axes, evenly spread over the day; neighbors are
             less than a right angle apart.
-        shifts: coat name -> [K, N, 3] RGB added to the strokes' colours under each sun.
+        shifts: coat name -> [K, N, 3] RGB added to the strokes' colors under each sun.
     """
 
     towards: F64

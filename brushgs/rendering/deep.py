@@ -1,7 +1,7 @@
 """Deep samples: all strokes of each pixel, which composited front to back give the picture.
 
-A fragment of weight w behind a total weight W becomes a sample of alpha w / (1 - W). Its colour is that of
-the stroke under the glazes above it and the light on the pixel; light is affine in colour, so each stroke can
+A fragment of weight w behind a total weight W becomes a sample of alpha w / (1 - W). Its color is that of
+the stroke under the glazes above it and the light on the pixel; light is affine in color, so each stroke can
 be lit alone.
 """
 
@@ -43,14 +43,14 @@ class Rest:
 
     @classmethod
     def glazes(cls, tint: Array) -> "Rest":
-        """Glazes without a ground: colour and alpha that look the same on white."""
+        """Glazes without a ground: color and alpha that look the same on white."""
         darkest = tint.min(axis=2)
         return cls(tint - darkest[..., None], 1 - darkest)
 
 
 @dataclass(frozen=True, eq=False)
 class Lighting:
-    """The light on a picture: lit = factor x colour + shine x alpha, premultiplied.
+    """The light on a picture: lit = factor x color + shine x alpha, premultiplied.
 
     Attributes:
         factors: [H, W].
@@ -147,7 +147,7 @@ class DeepMaker:
 
 
 def _colors(laid: LaidCoat) -> Array:
-    """[M, 3] of the boxes; white where an effect gives the colours, as a tint of the samples."""
+    """[M, 3] of the boxes; white where an effect gives the colors, as a tint of the samples."""
     return laid.boxes.colors if laid.picture is None else np.ones_like(laid.boxes.colors)
 
 

@@ -17,7 +17,7 @@ from brushgs.values.gaussians import Gaussians
 # Alpha above which a plain picture has an occluding surface. Below lie fog and rims, whose depth mixes near
 # and far.
 SOLID = 0.15
-SIZES = 1.6  # tolerance behind the surface, in stroke sizes; most centres lie within 1
+SIZES = 1.6  # tolerance behind the surface, in stroke sizes; most centers lie within 1
 
 
 @dataclass(frozen=True, eq=False)

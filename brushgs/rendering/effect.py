@@ -52,7 +52,7 @@ class Effect(Protocol):
         ...
 
     def areas(self, picture: Array) -> "Sequence[tuple[Array, Color]] | None":
-        """Areas of uniform colour in its picture [H, W, 3], for vector drawings.
+        """Areas of uniform color in its picture [H, W, 3], for vector drawings.
 
         Returns:
             Shares [H, W] and RGB of each, the first painted first; None if the picture has no such areas.
@@ -80,7 +80,7 @@ def positions_of(depth: Array, camera: Camera, corner: tuple[int, int] = (0, 0))
     """[H, W, 3] world positions of the pixels of a view, from their camera z [H, W].
 
     `corner` is the column and row of the upper left pixel. Where nothing is painted (depth 0), the point is
-    the centre of the camera.
+    the center of the camera.
     """
     height, width = depth.shape
     inverse = np.linalg.inv(camera.K)

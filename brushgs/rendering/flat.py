@@ -34,14 +34,14 @@ class Planes:
     Attributes:
         to_picture: [M, 3, 3] homography from (s, t, 1), with s and t -1 to 1 over the rectangle, to
             (x z, y z, z), with x and y in pixels and camera z. Its columns are the projected half sides and
-            centre.
+            center.
     """
 
     to_picture: F64
 
     @classmethod
     def of(cls, camera: Camera, centers: Array, alongs: F64, acrosses: F64) -> "Planes":
-        """From centres [M, 3] and half sides [M, 3], world axes."""
+        """From centers [M, 3] and half sides [M, 3], world axes."""
         turn = camera.viewmat[:3, :3]
         center = centers.astype(np.float64) @ turn.T + camera.viewmat[:3, 3]
         return cls(camera.K @ np.stack([alongs @ turn.T, acrosses @ turn.T, center], axis=2))
@@ -58,7 +58,7 @@ class Planes:
 
     @property
     def sides(self) -> F64:
-        """[M, 2, 2] half sides (x, y) in pixels, linearised at the centre: along, then across."""
+        """[M, 2, 2] half sides (x, y) in pixels, linearised at the center: along, then across."""
         center = self.to_picture[:, :, 2]
         z = np.maximum(center[:, 2], 1e-300)[:, None, None]
         sides = self.to_picture[:, :, :2]

@@ -1,6 +1,6 @@
 """Fragments of pixels: strokes or underpaint, front to back, with blending weights.
 
-The weight of a fragment is its share of the pixel's colour; the weights of a pixel sum to alpha. Fragments
+The weight of a fragment is its share of the pixel's color; the weights of a pixel sum to alpha. Fragments
 are recomputed by the rasteriser's arithmetic, a band of rows at a time, to limit memory.
 """
 
@@ -48,8 +48,8 @@ class Fragments:
     Attributes:
         starts: [P + 1] int64: pixel i has the fragments starts[i] to starts[i + 1] - 1.
         marks: [F] int32, box of each fragment, or its row in a joint table of several sets of boxes.
-        weights: [F] weight of its colour in the pixel.
-        shades: [F] factor of streaks on its colour.
+        weights: [F] weight of its color in the pixel.
+        shades: [F] factor of streaks on its color.
         is_underpaint: [F] uint8, 0 or 1.
     """
 

@@ -1,6 +1,6 @@
 """Glazes: transparent paint that tints without covering.
 
-A glaze is a filter: a box transmits colour^alpha of each channel. Overlapping glazes multiply, in any order.
+A glaze is a filter: a box transmits color^alpha of each channel. Overlapping glazes multiply, in any order.
 """
 
 from typing import get_args
@@ -28,10 +28,10 @@ def check_glaze(where: str, blend: str, underpaint: Underpaint | None, streaks: 
 
 
 def pigments(colors: Array) -> Array:
-    """Transmittance of full paint per channel, `DARKEST` to 1, for colours of any shape."""
+    """Transmittance of full paint per channel, `DARKEST` to 1, for colors of any shape."""
     return np.asarray(np.clip(colors, DARKEST, 1))
 
 
 def glaze_colors(boxes: Boxes) -> Array:
-    """[M, 3] colours of boxes for glazes in the core: logarithms to base 2."""
+    """[M, 3] colors of boxes for glazes in the core: logarithms to base 2."""
     return np.log2(pigments(boxes.colors))

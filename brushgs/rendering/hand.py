@@ -32,7 +32,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.hashing import GOLDEN_32, hash_32
 
 BEHIND = 0.25  # factor on the strength of boiling for the backdrop, whose strokes are large
-HELD_WITHIN = 0.75  # strokes are held if their centres are this near the middle, in sizes of the picture
+HELD_WITHIN = 0.75  # strokes are held if their centers are this near the middle, in sizes of the picture
 LAID_ASIDE = 0.25  # strength of the difference between a stroke that is laid again and the one before
 LAYING = 0.15  # seconds that laying a stroke takes
 MOST_LAYING = 0.7  # limit of that time, as share of the time until it is laid again
@@ -302,7 +302,7 @@ def _parts(
 ) -> Iterator[Boxes]:
     """For each start of a hold, its held boxes, and the boxes that came into view since then.
 
-    Boxes far outside the picture are not held: the centre of a large stroke there moves differently from its
+    Boxes far outside the picture are not held: the center of a large stroke there moves differently from its
     visible part.
     """
     for start in starts:

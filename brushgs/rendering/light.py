@@ -125,10 +125,10 @@ def light(
     Source: Hertzmann 2002, Fast Paint Texture; highlights: Blinn 1977. Defined by `rendering/reference.py`.
 
     Args:
-        rgb: [H, W, 3] colours, display-encoded, float32 or float64.
+        rgb: [H, W, 3] colors, display-encoded, float32 or float64.
         height: [H, W] pixels, like `Frame.height`, in the same dtype.
         lamp: None takes `Lamp()`.
-        alpha: [H, W] of premultiplied colours, scales highlights; None: opaque.
+        alpha: [H, W] of premultiplied colors, scales highlights; None: opaque.
         blur: standard deviation of the blur of the height, px of a picture of 1000 x 750, 0 to 10.
         scale: pixels of the picture per one of those; None by its size, see `canvas_scale`.
         num_threads: None takes the processors available to this process. The picture does not depend on it.

@@ -43,7 +43,7 @@ class LaidCoat:
         alpha: [H, W] its own coverage.
         share: [H, W] share of its paint that the paper takes; None for all.
         tint: [H, W, 3] of a glaze; None for covering paint.
-        picture: [H, W, 3] its colours if an effect gives them, not premultiplied; None for those of boxes.
+        picture: [H, W, 3] its colors if an effect gives them, not premultiplied; None for those of boxes.
         dpi: see `rasterize`.
     """
 

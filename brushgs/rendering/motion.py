@@ -1,7 +1,7 @@
-"""Motion of strokes: one similarity transform per stroke and moment, with changes of opacity and colour.
+"""Motion of strokes: one similarity transform per stroke and moment, with changes of opacity and color.
 
 Strokes are made once, each at a reference moment. A `StrokeMotion` gives shift, turn, size, opacity and
-colour of every moving stroke at each moment. Marks of other coats have the id of the stroke they were made
+color of every moving stroke at each moment. Marks of other coats have the id of the stroke they were made
 of, and follow it.
 """
 
@@ -32,7 +32,7 @@ class Pose:
 
     Attributes:
         ids: [M] int32, ascending: the moving strokes.
-        pivots: [M, 3] float64 centres of rotation at the reference moments, world units.
+        pivots: [M, 3] float64 centers of rotation at the reference moments, world units.
         numbers: [M, 12] float32: `SHIFT` of the pivot, world units; `TURN` since the reference moment, a
             quaternion w, x, y, z; `SIZE`, the logarithm of the factor of lengths; `OPACITY`, a factor >= 0;
             `COLOR`, added to RGB, display-encoded.
@@ -47,7 +47,7 @@ class Pose:
 
         Args:
             strokes: at their reference moments.
-            has_color: whether strokes follow colour changes; False for marks with a colour of their own.
+            has_color: whether strokes follow color changes; False for marks with a color of their own.
         """
         rows, found = match(strokes, self.ids)
         if len(rows) == 0:

@@ -44,7 +44,7 @@ class PixelMaps:
         self._maps = maps.reshape(-1, 6)
 
     def at(self, marks: NDArray[np.int64], rows: slice, width: int) -> F64:
-        """[P, 2] values at the pixel centres of these rows, by the mark of each; 0 for mark -1."""
+        """[P, 2] values at the pixel centers of these rows, by the mark of each; 0 for mark -1."""
         values = np.zeros((len(marks), 2))
         pixels = np.flatnonzero(marks >= 0)
         y, x = np.divmod(pixels, width)
@@ -134,7 +134,7 @@ def _shifts(shifts: F64) -> F64:
 
 
 def projected(coat: "Coat", ids: NDArray[np.int32], camera: Camera) -> F64:
-    """[M, 2] projected centres of rows of a coat, pixels; camera z is clamped to the near plane."""
+    """[M, 2] projected centers of rows of a coat, pixels; camera z is clamped to the near plane."""
     means = np.concatenate([coat.strokes.means, *([] if coat.plain is None else [coat.plain.means])])[ids]
     at = means.astype(np.float64) @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
     z = np.maximum(at[:, 2:], camera.near)

@@ -45,11 +45,11 @@ def rasterize(
 ) -> Frame:
     """Paint boxes front to back with a stroke texture.
 
-    At the centre p of a pixel a box with axes u, v and half extents h has x' = u . (p - center) and y' = v .
+    At the center p of a pixel a box with axes u, v and half extents h has x' = u . (p - center) and y' = v .
     (p - center). Inside (|x'| < h_u, |y'| < h_v) the coverage is sampled at ((1 + x'/h_u)/2, (1 + y'/h_v)/2)
     of the stroke image, and alpha = min(0.99, opacity x coverage). Alphas below 1/255 are skipped; a pixel is
     finished before its transmittance falls below `min_transmittance`. A layer of the frame, such as depth, is
-    the mean of an attribute of the boxes with the weights of their colours.
+    the mean of an attribute of the boxes with the weights of their colors.
     Source: Xiang et al. 2025, section 3.4; blending: Kerbl et al. 2023. Defined by `rendering/reference.py`.
 
     Boxes with softness are drawn in soft order. Box j hides the share S(x) of box i, x = (z_i - z_j) / b with
@@ -64,23 +64,23 @@ def rasterize(
     `min_transmittance`), without jumps. The built-in kernels ("gaussian", "ellipse") ignore softness.
 
     With `underpaint` each box is painted twice: as a stroke at its depth, and behind it, at depth + setback,
-    as the kernel "gaussian" in the same colour, with half extents times `underpaint.reach` and opacity times
+    as the kernel "gaussian" in the same color, with half extents times `underpaint.reach` and opacity times
     `underpaint.opacity`. All 2 M are blended by depth, ties strokes first, then by row. Layers use the
     attributes of the box for both; underpaint has no softness.
 
-    With `streaks` the colour of a stroke (not of its underpaint) is multiplied by 1 + streaks x s; s, -1 to
+    With `streaks` the color of a stroke (not of its underpaint) is multiplied by 1 + streaks x s; s, -1 to
     1, is a noise across the stroke, shifted by the row in `ids`: of twelve bristles, and of tufts of several.
     Both fade out in boxes too narrow to show them, see `rendering/streaks.py`. The built-in kernels have no
     streaks.
 
-    With `relief` the frame has a height: the sum over strokes of colour weight x (thickness + gain (h -
+    With `relief` the frame has a height: the sum over strokes of color weight x (thickness + gain (h -
     1/2)), with thickness and gain from `reliefs`, and h the height of the stroke image, sampled like its
     coverage (or the coverage, if it has no height). The built-in kernels add only their thickness, underpaint
-    15/80 of it. Using the colour weights, a finished pixel has its full height, and heights are as continuous
-    as colours in soft order. Heights have no gradient.
+    15/80 of it. Using the color weights, a finished pixel has its full height, and heights are as continuous
+    as colors in soft order. Heights have no gradient.
 
     With `blend="glaze"` paint is transparent. The frame's rgb is then a tint (the transmitted share of the
-    light behind): the product over boxes of c^alpha, c each colour channel clamped to 0.02 to 1; 1 where
+    light behind): the product over boxes of c^alpha, c each color channel clamped to 0.02 to 1; 1 where
     nothing is painted. Alpha is 1 - product of (1 - alpha) as before. Order and softness do not matter,
     pixels are never finished, and there is neither depth nor height.
 
@@ -311,7 +311,7 @@ def _check_part(part: Part, height: int, width: int) -> None:
 
 
 def box_arrays(boxes: Boxes, attributes: Iterable[Array], *, colors: Array, **given: Any) -> Any:
-    """Boxes for the core, with these colours and further arrays by name."""
+    """Boxes for the core, with these colors and further arrays by name."""
     make: Any = _core.BoxArraysFloat32 if boxes.centers.dtype == np.float32 else _core.BoxArraysFloat64
     return make(
         centers=boxes.centers,

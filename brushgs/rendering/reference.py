@@ -231,8 +231,8 @@ class Fragment:
     Attributes:
         row: of the box.
         is_underpaint: whether it is underpaint.
-        weight: of its colour in the pixel.
-        shade: factor of streaks on its colour.
+        weight: of its color in the pixel.
+        shade: factor of streaks on its color.
     """
 
     row: int
@@ -392,9 +392,9 @@ class _Layer:
     depth: float
     window: tuple[slice, slice]
     alpha: F64  # of the window; 0 outside the box
-    shade: F64  # of the window: factor of the colour
+    shade: F64  # of the window: factor of the color
     height: F64  # of the window: height of the paint, pixels; 0 if not requested
-    tint: F64 | None = None  # [..., 3] of the window: added to the colour
+    tint: F64 | None = None  # [..., 3] of the window: added to the color
 
     def colors(self, boxes: Boxes) -> F64:
         """[..., 3] of the window."""
@@ -488,7 +488,7 @@ def _window(center: F64, half: F64, angle: np.float64, height: int, width: int) 
 
 
 def _place_in_box(center: F64, half: F64, angle: np.float64, window: tuple[slice, slice]) -> tuple[F64, F64]:
-    """Pixel centres along u and v of a box, in its half extents."""
+    """Pixel centers along u and v of a box, in its half extents."""
     y, x = np.mgrid[window] + 0.5
     s = (np.cos(angle) * (x - center[0]) + np.sin(angle) * (y - center[1])) / half[0]
     t = (np.cos(angle) * (y - center[1]) - np.sin(angle) * (x - center[0])) / half[1]
@@ -496,7 +496,7 @@ def _place_in_box(center: F64, half: F64, angle: np.float64, window: tuple[slice
 
 
 def _streaks(t: F64, start: int, weights: Array) -> F64:
-    """Factors of streaks on the colour, at t in half extents across the stroke."""
+    """Factors of streaks on the color, at t in half extents across the stroke."""
     place = 0.5 * BRISTLES * (1 + t)
     bristle = np.floor(place).astype(int)
     values = noise().astype(np.float64) / 127.5 - 1
@@ -543,8 +543,8 @@ def _heights_in(texture: StrokeTexture, half: F64, s: F64, t: F64, filter: Filte
 
 
 def _tint_of_box(texture: StrokeTexture, half: F64, s: F64, t: F64, filter: Filter, copies: "_Copies") -> F64:
-    """[..., 3] what a coloured brush adds at (s, t) of a box, in the texels that `_coverage_of_box` takes."""
-    assert texture.tint is not None, "only of coloured brushes"
+    """[..., 3] what a colored brush adds at (s, t) of a box, in the texels that `_coverage_of_box` takes."""
+    assert texture.tint is not None, "only of colored brushes"
     channels = []
     for c in range(3):
         texels = np.ascontiguousarray(texture.tint.texels[..., c])

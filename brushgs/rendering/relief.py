@@ -61,7 +61,7 @@ class Relief:
         gain: factor of the brush's height (0 to 1), in the same pixels, >= 0.
         size: reference size in place of the median, see `median_size`; or None.
         by_light: 0 to 1, how far lights are thick and darks thin: at 1 both numbers of a stroke are
-            multiplied by 0.25 (dark) to 1.35 (light), by the OKLab lightness of its base colour.
+            multiplied by 0.25 (dark) to 1.35 (light), by the OKLab lightness of its base color.
         lights: OKLab L of full dark and full light, see `light_range`; None for those of the strokes.
         dpi: pixels per inch on paper; None without a physical size.
         by_place: [N] factors on both numbers of N strokes, by where they lie; None for 1.

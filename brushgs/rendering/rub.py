@@ -1,6 +1,6 @@
 """Rub soft tones: the effect of a thumb or a stump on masses of charcoal.
 
-Tones are quantised softly to a few values, and the edges between these are blurred by varying amounts. The
+Tones are quantized softly to a few values, and the edges between these are blurred by varying amounts. The
 amount is a noise in space, so it moves with the surfaces when the camera moves.
 """
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 SHARP, SOFT = 0.9, 5.0  # least and largest standard deviation of the blur, px of a 1000 x 750 picture
 RISE = 0.5  # width of the edge between two values before blurring, over their difference
-GATHERED = 0.8  # share of the quantised tone; the rest is the original one
+GATHERED = 0.8  # share of the quantized tone; the rest is the original one
 SOLID = (0.3, 0.7)  # range of coverage across the border of a mass
 TOOTH = 0.2  # relative change of unrubbed tone, from the hollows of the paper to its peaks
 TRUNCATED = 2.5  # radius of the blur, in standard deviations
@@ -40,11 +40,11 @@ PHASES = np.array([0.3, 1.9, 4.1, 2.8, 5.4, 0.9])
 
 @dataclass(frozen=True, eq=False)
 class Rub:
-    """Quantise the tones of a coat to values, and rub the edges between them: an `Effect`.
+    """Quantize the tones of a coat to values, and rub the edges between them: an `Effect`.
 
     Attributes:
         paper: RGB without tone.
-        black: RGB of full tone; the colours of the coat lie between both.
+        black: RGB of full tone; the colors of the coat lie between both.
         values: shares of black, ascending; the first and the last are the limits.
         strength: of the rubbing, 0 to 1.
         wave: wavelength of the noise, world units, > 0.
@@ -101,7 +101,7 @@ class Rub:
         return np.column_stack([directions, (PHASES + directions @ origin) % (2 * np.pi)])
 
     def _gathered(self, shares: Array) -> Array:
-        """Shares of black, softly quantised to the values."""
+        """Shares of black, softly quantized to the values."""
         gathered = np.full_like(shares, self.values[0])
         for low, high in zip(self.values, self.values[1:], strict=False):
             if high > low:
@@ -115,7 +115,7 @@ class Rub:
         rows, columns = (np.arange(size)[STEP // 2 :: STEP] for size in depth.shape)
         if not len(rows) or not len(columns):
             return np.zeros(depth.shape, np.float32)
-        # A camera whose pixel centres are those of every `STEP`-th pixel.
+        # A camera whose pixel centers are those of every `STEP`-th pixel.
         shift = 0.5 - (STEP // 2 + 0.5) / STEP
         scale = np.array([[1 / STEP, 0, shift], [0, 1 / STEP, shift], [0, 0, 1]])
         few = depth[STEP // 2 :: STEP, STEP // 2 :: STEP]

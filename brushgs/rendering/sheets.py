@@ -1,8 +1,8 @@
 """Coats and light as separate layers, which composited give the picture.
 
 On an opaque ground there are the ground, a layer for each coat (glazes multiply), and three layers for the
-lamp, since light is affine in colour (see `Lighting`): `relief shade` multiplies where ridges are darker,
-`relief light` divides where they are lighter, `light` adds highlights and colour above 1, which other layers
+lamp, since light is affine in color (see `Lighting`): `relief shade` multiplies where ridges are darker,
+`relief light` divides where they are lighter, `light` adds highlights and color above 1, which other layers
 cannot store. Without a ground such layers would change unpainted pixels, so glazes and the lamp are then
 applied to the coats.
 """
@@ -64,7 +64,7 @@ def _shown(sheets: list[Sheet]) -> tuple[Sheet, ...]:
 
 
 def _clipped(sheets: list[Sheet]) -> tuple[list[Sheet], Array, Array]:
-    """Layers clipped to colours of at most 1, the exact picture [H, W, 3], and what clipping removed."""
+    """Layers clipped to colors of at most 1, the exact picture [H, W, 3], and what clipping removed."""
     exact = shown = np.zeros_like(sheets[0].rgb)
     found = []
     for sheet in sheets:

@@ -26,7 +26,7 @@ class Anchor:
     Attributes:
         center: origin of its cells.
         scale: size of the cells of one octave, > 0.
-        focus: centre of interest of the picture.
+        focus: center of interest of the picture.
         reach: radius around it that is in focus, > 0.
         seed: of the noise.
     """
@@ -87,7 +87,7 @@ def rays_of(camera: Camera, anchor: Anchor, finest: float) -> tuple[F64, F64, fl
 
     Returns:
         [4, 3] steps of a pixel to the right and down, and the upper left corner, all at depth 1 relative to
-        the camera centre, which is the last row; [3] the focus; and the size of the finest octave at depth 1.
+        the camera center, which is the last row; [3] the focus; and the size of the finest octave at depth 1.
     """
     to_world, inverse = np.linalg.inv(camera.viewmat), np.linalg.inv(camera.K)
     rays = (to_world[:3, :3] @ inverse).T / anchor.scale

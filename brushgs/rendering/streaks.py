@@ -1,12 +1,12 @@
 """Streaks: lighter and darker lines of bristles along a stroke.
 
-A stroke's colour is multiplied by 1 + streaks x s, with s in -1 to 1 a fixed noise across the stroke. The
+A stroke's color is multiplied by 1 + streaks x s, with s in -1 to 1 a fixed noise across the stroke. The
 offset into the noise is a hash of the Gaussian's row, so a stroke keeps its streaks in all views. The noise
 has two bands: single bristles, and tufts of several. Each fades out as a stroke gets smaller, before pixels
 cannot resolve it, so that nothing shimmers.
 
 On paper of a known resolution, wide strokes have additional bristles of a physical width, `BRISTLE_MM`, in
-colour and height of paint: the stroke image is limited by its texels, and would look blurred from nearby.
+color and height of paint: the stroke image is limited by its texels, and would look blurred from nearby.
 """
 
 from functools import lru_cache
@@ -54,7 +54,7 @@ def streak_arguments(
 def fine_bristles(
     boxes: Boxes, streaks: float, dpi: float, is_smooth: NDArray[np.bool_] | None = None, *, relief: bool
 ) -> Array:
-    """[M, 3] bristles of `BRISTLE_MM` across each box, and their amplitude on colour and height (pixels).
+    """[M, 3] bristles of `BRISTLE_MM` across each box, and their amplitude on color and height (pixels).
 
     They fade out in boxes hardly wider than `BRISTLES` of them, and where pixels do not resolve them.
     """

@@ -1,4 +1,4 @@
-"""Painting surfaces, canvas or paper: colour, height and grain over the picture.
+"""Painting surfaces, canvas or paper: color, height and grain over the picture.
 
 Lengths are pixels of a 1000 x 750 picture and scale with its size: a picture twice as large shows the same
 threads, twice as wide. Noise lies on lattices over the whole canvas, without tiling. Lattices start at the
@@ -25,7 +25,7 @@ from brushgs.values.part import Part
 
 PERIOD = 3.6  # px from thread to thread
 LINEN_HEIGHT = 0.2  # px, standard deviation
-LINEN_TONE = 0.014  # relative standard deviation of the colour: light on top of threads, dark between
+LINEN_TONE = 0.014  # relative standard deviation of the color: light on top of threads, dark between
 # Relative standard deviation of the spacing of threads. Even spacing would give moire patterns on downscaled
 # pictures.
 SPACING = 0.12
@@ -82,7 +82,7 @@ class Surface:
     """A painting surface.
 
     Attributes:
-        rgb: [H, W, 3] colour, display-encoded.
+        rgb: [H, W, 3] color, display-encoded.
         height: [H, W] pixels of this picture, mean about 0.
         grain: [H, W] the tooth, 0 (a hollow, missed by dry paint) to 1 (a tip).
         recipe: None if not made by this module.
@@ -107,7 +107,7 @@ class Surface:
 
 
 def flat(color: ArrayLike, *, height: int, width: int, part: Part | None = None) -> Surface:
-    """A smooth board of a colour, [3] or [H, W, 3]."""
+    """A smooth board of a color, [3] or [H, W, 3]."""
     sheet = _Sheet(height, width, 0, None, part or Part.whole(width, height))
     shape = sheet.part.height, sheet.part.width
     bare, full = np.zeros(shape, np.float32), np.ones(shape, np.float32)
@@ -157,10 +157,10 @@ def paper(
 
 
 def in_color(surface: Surface, color: ArrayLike) -> Surface:
-    """The same surface in another colour, [3] or [H, W, 3].
+    """The same surface in another color, [3] or [H, W, 3].
 
     Raises:
-        ValueError: if it has no recipe, or the colour has another shape.
+        ValueError: if it has no recipe, or the color has another shape.
     """
     if surface.recipe is None:
         raise ValueError("in_color: surface must be flat, linen or paper, got one without a recipe")

@@ -168,7 +168,7 @@ class Level:
         shape: rows and columns; single ones are doubled.
         reaches: half extents along u and v, in those of the box.
         pairs_with_height: the same with the height of the paint; None where nobody asked for it.
-        tints: of a coloured brush, its colours: a word a texel.
+        tints: of a colored brush, its colors: a word a texel.
     """
 
     pairs: NDArray[np.uint16]
@@ -226,8 +226,8 @@ def _packed_tints(channels: NDArray[np.uint8]) -> NDArray[np.uint32]:
 def tint_levels(
     texture: StrokeTexture, codes: list[Code], num_threads: int | None = None
 ) -> list[NDArray[np.uint8]]:
-    """[rows, columns, 3] the colours of a brush in levels: means over the paint, none where there is none."""
-    assert texture.tint is not None, "only of coloured brushes"
+    """[rows, columns, 3] the colors of a brush in levels: means over the paint, none where there is none."""
+    assert texture.tint is not None, "only of colored brushes"
     planes = []
     for c in range(3):
         plane = np.ascontiguousarray(texture.tint.texels[..., c])

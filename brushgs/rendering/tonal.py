@@ -117,7 +117,7 @@ def _within_edges(values: F32, radius: float, contrast: float) -> F32:
 
 @dataclass(frozen=True)
 class Blacks:
-    """Spot blacks: an `Effect` that paints the darkest masses of a coat of grey strokes in one colour.
+    """Spot blacks: an `Effect` that paints the darkest masses of a coat of grey strokes in one color.
 
     The rest becomes opaque paper. With a threshold of 0 all is paper.
 
@@ -166,7 +166,7 @@ class Blacks:
         return [(np.ones_like(shares), self.paper), (shares, self.ink)]
 
     def stand_in(self, coat: "Coat") -> "Coat":
-        """See `Effect`: the strokes of the blacks in ink, all others in the colour of the paper."""
+        """See `Effect`: the strokes of the blacks in ink, all others in the color of the paper."""
         is_black = base_colors(coat.strokes.sh)[:, 1] < self.threshold
         colors = np.where(is_black[:, None], self.ink, self.paper)
         return replace(coat, strokes=in_colors(coat.strokes, colors), effect=None)

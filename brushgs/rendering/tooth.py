@@ -18,7 +18,7 @@ def press(frame: Frame, grain: Array, dry: float) -> Frame:
     """Reduce a frame to the paint that the grain of a paper takes.
 
     The share s(e) = e^2 (3 - 2 e) of the paint stays in a pixel, e = (alpha - dry (1 - grain)) / 0.28 clipped
-    to 0 to 1: firm marks stay whole, faint ones only on the peaks. Alpha, colour and height are scaled alike.
+    to 0 to 1: firm marks stay whole, faint ones only on the peaks. Alpha, color and height are scaled alike.
 
     Args:
         frame: H x W pixels.
@@ -27,7 +27,7 @@ def press(frame: Frame, grain: Array, dry: float) -> Frame:
             alpha below 0.28 gets fainter.
 
     Returns:
-        The frame, in its dtype, with other colours, alpha and height; a depth is a mean and stays.
+        The frame, in its dtype, with other colors, alpha and height; a depth is a mean and stays.
 
     Raises:
         TypeError: if `grain` is not an array.

@@ -54,5 +54,5 @@ def _places(sides: Array, padded: F64, level: float) -> F64:
     rows, columns, leads_down = sides.T
     start, end = padded[rows, columns], padded[rows + leads_down, columns + 1 - leads_down]
     share = (level - start) / (end - start)
-    # The centre of pixel (0, 0) is at (0.5, 0.5), and the padding moves it by one.
+    # The center of pixel (0, 0) is at (0.5, 0.5), and the padding moves it by one.
     return np.stack([columns + share * (1 - leads_down) - 0.5, rows + share * leads_down - 0.5], axis=1)

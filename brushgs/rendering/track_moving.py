@@ -207,7 +207,7 @@ class _Moments:
 
     Attributes:
         positions: [m] among the moments of the motion.
-        eyes: [m, 3] camera centres, world units.
+        eyes: [m, 3] camera centers, world units.
         knots: [K] rows of the knots.
         frames: [F] rows of the frames.
     """
@@ -354,7 +354,7 @@ class _Sight:
 
     @classmethod
     def of(cls, pose: Pose, eye: F64) -> "_Sight":
-        """For a camera centre."""
+        """For a camera center."""
         numbers = pose.numbers.astype(np.float64)
         return cls(normalized(numbers[:, TURN]), _unit(pose.pivots + numbers[:, SHIFT] - eye))
 

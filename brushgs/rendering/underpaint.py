@@ -26,7 +26,7 @@ STROKE_REACH = 0.88  # reach of a stroke over underpaint, relative to its reach 
 
 @dataclass(frozen=True)
 class Underpaint:
-    """Size and opacity of underpaint relative to its stroke; colour, position and direction are the same.
+    """Size and opacity of underpaint relative to its stroke; color, position and direction are the same.
 
     Attributes:
         reach: half extents of the soft kernel over those of the stroke's box, > 0; it is cut at three

@@ -1,7 +1,7 @@
 """Visible share of each Gaussian or stroke in a view: exact sums over its pixels.
 
 The weight of a Gaussian at a pixel is its alpha times the transmittance in front of it; the picture is the
-sum of weight x colour. Sums by these weights do not depend on colours.
+sum of weight x color. Sums by these weights do not depend on colors.
 """
 
 from dataclasses import replace
@@ -92,7 +92,7 @@ def visible_areas(
         [N] pixels, >= 0; 0 outside the picture or if hidden. They sum to the sum of alpha.
     """
     kernel = StrokeTexture.open("gaussian")
-    plain = replace(gaussians, sh=gaussians.sh[:, :1])  # colours do not matter
+    plain = replace(gaussians, sh=gaussians.sh[:, :1])  # colors do not matter
     boxes, _ = project_with(plain, camera, RenderOptions.of(kernel, num_threads=num_threads))
     size = camera.height, camera.width
     areas = np.zeros(len(gaussians))

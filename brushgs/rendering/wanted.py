@@ -1,4 +1,4 @@
-"""Requested outputs beside colours: layers for compositing, or deep samples."""
+"""Requested outputs beside colors: layers for compositing, or deep samples."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ class Following:
 
 @dataclass(frozen=True, eq=False)
 class Wanted:
-    """Requested outputs of a frame beside its colours.
+    """Requested outputs of a frame beside its colors.
 
     Attributes:
         layers: names of `LAYERS`.

@@ -38,7 +38,7 @@ LEAST_LOST = 0.15  # score of the darkest that may: against white paper an outli
 # Of the coverage blurred over `LOSS` the mean inside, within some widths: up to the first a part is thin, and
 # not lost. Along a straight edge it is 0.85; in a strip as wide as `LOSS`, 0.46.
 NEARBY, THIN, THICK = 2.0, 0.55, 0.75
-# Holes in the paint of a room: reach of the colours that fill them, over the diagonal, and the share of paint
+# Holes in the paint of a room: reach of the colors that fill them, over the diagonal, and the share of paint
 # within it up to which a hole is open and stays bare, and from which it is closed.
 HOLE, OPEN, CLOSED = 0.02, 0.2, 0.5
 # The wash of a shadow: coverage by its strokes at its edge, variation of that by the noise, range of coverage
@@ -56,7 +56,7 @@ class Key:
         darkest: luma of the darkest tone.
         gamma: exponent of the tones between.
         chroma: factor on the differences of densities between the channels.
-        solid: inverse of the coverage by strokes from which colours have full strength.
+        solid: inverse of the coverage by strokes from which colors have full strength.
     """
 
     low: float
@@ -67,7 +67,7 @@ class Key:
     solid: float = 2.0
 
     def colors(self, rgb: Array, alpha: Array) -> Array:
-        """[H, W, 3] colours of a premultiplied picture on white, mapped by the curve."""
+        """[H, W, 3] colors of a premultiplied picture on white, mapped by the curve."""
         rgb, keyed = np.ascontiguousarray(rgb), np.empty_like(rgb)
         numbers = {one.name: getattr(self, one.name) for one in fields(self)}
         threads = num_threads_or_default(None)
@@ -77,7 +77,7 @@ class Key:
         return keyed
 
     def base_colors(self, strokes: Gaussians) -> F64:
-        """[N, 3] base colours of strokes, mapped by the curve."""
+        """[N, 3] base colors of strokes, mapped by the curve."""
         colors = base_colors(strokes.sh)[None]
         return np.asarray(self.colors(colors, np.ones(colors.shape[:2]))[0])
 
@@ -88,7 +88,7 @@ class Wash:
 
     Attributes:
         width: standard deviation of the smoothing on flat paint, in diagonals of the picture.
-        edge: step of colour, summed over the channels, that counts as an edge.
+        edge: step of color, summed over the channels, that counts as an edge.
         wet: how much weaker edges are on wet paper.
         loose: how much weaker edges are away from the focus.
     """
@@ -201,12 +201,12 @@ class WetLayer(_Running):
         return np.asarray(np.where(thick > 0.5, scores, -np.inf)[outline])
 
     def stand_in(self, coat: "Coat") -> "Coat":
-        """See `Effect`: the strokes in colours mapped by the tone curve."""
+        """See `Effect`: the strokes in colors mapped by the tone curve."""
         keyed = in_colors(coat.strokes, self.key.base_colors(coat.strokes))
         return replace(coat, strokes=keyed, effect=None)
 
     def _laid(self, part: "_Part") -> tuple[Array, Array]:
-        """Colours and alpha of a part of a picture."""
+        """Colors and alpha of a part of a picture."""
         alpha, dtype = part.alpha, part.rgb.dtype
         noise, parted = self._parts(part)
         blurred = smooth(parted[1].copy(), RIM * part.diagonal)
@@ -232,7 +232,7 @@ class WetLayer(_Running):
         return noise, _parted(smoothed, noise, self.washes)
 
     def _smoothed(self, colors: Array, wash: Wash, diagonal: float, wetness: Array, focus: Array) -> Array:
-        """The colours smoothed for one wash."""
+        """The colors smoothed for one wash."""
         sigma = wash.width * diagonal
         loose = (1 + wash.loose * (1 - focus)) * (wash.edge / sigma)
         hold = (1 - 0.92 * np.minimum(wash.wet * wetness, 1)) / loose
@@ -240,7 +240,7 @@ class WetLayer(_Running):
 
 
 def _without_holes(rgb: Array, alpha: Array, solid: float, diagonal: float) -> tuple[Array, Array]:
-    """Premultiplied colours and coverage of a room, its holes in the colours of the paint around them.
+    """Premultiplied colors and coverage of a room, its holes in the colors of the paint around them.
 
     The night behind a window is often no paint at all, which would be chips of bare paper between dark panes.
     What no paint surrounds stays bare.
@@ -268,7 +268,7 @@ def _losable(alpha: Array, diagonal: float) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class ShadowWash(_Running):
-    """An `Effect` of one wash in the colour of its strokes, over the area that they cover; for glazes.
+    """An `Effect` of one wash in the color of its strokes, over the area that they cover; for glazes.
 
     Attributes:
         anchor: of the noise.
@@ -288,7 +288,7 @@ class ShadowWash(_Running):
         return replace(coat, effect=None)
 
     def _laid(self, part: "_Part") -> tuple[Array, Array]:
-        """Colours and alpha of a part of a picture: a covering layer, which over white gives the tint."""
+        """Colors and alpha of a part of a picture: a covering layer, which over white gives the tint."""
         rgb, alpha, (height, width) = part.rgb, part.alpha, part.alpha.shape
         noise = part.noise(self.anchor)
         noise[..., 2] = 0
@@ -344,7 +344,7 @@ class _Part:
 
     @property
     def paper(self) -> Array | None:
-        """[h, w, 3] colour of the paper; None without paper."""
+        """[h, w, 3] color of the paper; None without paper."""
         return None if self.surface is None else self.cut(self.surface.rgb)
 
     def cut(self, plane: Array) -> Array:
@@ -381,7 +381,7 @@ def _on_part(
 
 
 def in_focus(distances: Array) -> Array:
-    """Focus, 0.15 to 1, by the distance from its centre, in units of its reach."""
+    """Focus, 0.15 to 1, by the distance from its center, in units of its reach."""
     return np.asarray(np.clip(0.15 + 0.95 * np.exp(-(distances**2)), 0, 1))
 
 
@@ -437,7 +437,7 @@ def _mixed(
     sheet: tuple[Array | None, Array | None, Array | None],
     washes: Washes,
 ) -> tuple[Array, Array]:
-    """Colours [H, W, 3] and alpha [H, W] of covering paint; arguments as in `wet_reference.mix_washes`."""
+    """Colors [H, W, 3] and alpha [H, W] of covering paint; arguments as in `wet_reference.mix_washes`."""
     densities, means, tones = parted
     alpha, soft = alphas
     grain, border, paper = sheet

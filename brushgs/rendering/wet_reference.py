@@ -136,14 +136,14 @@ def mix_washes(
     sheet: tuple[Array | None, Array | None, Array | None],
     washes: Washes,
 ) -> tuple[F64, F64]:
-    """Colours [H, W, 3] and alpha [H, W] of the covering paint of three washes.
+    """Colors [H, W, 3] and alpha [H, W] of the covering paint of three washes.
 
     Args:
         parted: see `part_washes`.
         blurred: [H, W, 3] its means, blurred.
         noise: [H, W, 3] flow, slow noise and focus.
         alphas: [H, W] coverage by strokes; 0.5 at an outline that may be lost to 1 where none is, or None.
-        sheet: [H, W] grain, [H, W] border and [H, W, 3] colour of the paper; or None.
+        sheet: [H, W] grain, [H, W] border and [H, W, 3] color of the paper; or None.
         washes: numbers.
     """
     (densities, means, tones), (alpha, soft), (grains, border, paper) = parted, alphas, sheet

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from brushgs.values.arrays import Array, check
 from brushgs.values.columns import RowChoice, check_finite, check_rows, freeze_columns, take_rows
 
-# Layers of a frame beside its colour: field of `Frame` -> column of `Boxes`, [M] or [M, channels]. A layer is
+# Layers of a frame beside its color: field of `Frame` -> column of `Boxes`, [M] or [M, channels]. A layer is
 # the alpha-weighted mean of its column; boxes without the column give frames without the layer. The core's
 # limit of channels stands in core/include/brushgs/layers.hpp.
 LAYER_COLUMNS = {"depth": "depths"}
@@ -28,7 +28,7 @@ class Boxes:
         centers: [M, 2] (x, y), pixels.
         half_extents: [M, 2] (along u, along v), pixels, >= 0.
         angles: [M] direction of the u axis, radians from +x towards +y; v = (-sin, cos).
-        depths: [M] camera z of the centre, world units, ascending.
+        depths: [M] camera z of the center, world units, ascending.
         colors: [M, 3] RGB, >= 0, display-encoded.
         opacities: [M] 0 to 1.
         ids: [M] int32, the Gaussian (row) behind each box.

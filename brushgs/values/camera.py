@@ -129,7 +129,7 @@ class Camera:
         """A camera at `eye` that looks at `target`, with `up` pointing up in the picture.
 
         Args:
-            eye: [3] camera centre, world units.
+            eye: [3] camera center, world units.
             target: [3] point in the middle of the picture, world units.
             up: [3] direction in the world, any length. If it is parallel to the view direction, another axis
                 replaces it.
@@ -171,7 +171,7 @@ class Camera:
 
     @property
     def position(self) -> NDArray[np.float64]:
-        """[3] camera centre in world units."""
+        """[3] camera center in world units."""
         return np.asarray(-self.viewmat[:3, :3].T @ self.viewmat[:3, 3])
 
     def resized(self, width: int, height: int) -> "Camera":

@@ -1,8 +1,8 @@
-"""RGB: colours by name, luminance, the sRGB transfer function to linear light and back, and OKLab.
+"""RGB: colors by name, luminance, the sRGB transfer function to linear light and back, and OKLab.
 
-Scenes are trained and blended display-encoded; only files in linear light (EXR, HDR) and colour comparisons
+Scenes are trained and blended display-encoded; only files in linear light (EXR, HDR) and color comparisons
 need the transfer function. Values above 1 follow the same formula, negative ones are mirrored. OKLab is
-perceptually uniform and used for colour shifts; black is 0, white (1, 0, 0).
+perceptually uniform and used for color shifts; black is 0, white (1, 0, 0).
 Sources: ITU-R BT.709 (luminance), IEC 61966-2-1 (sRGB); Ottosson 2020, A perceptual color space for image
 processing.
 """
@@ -37,7 +37,7 @@ def rgb_of(color: str) -> tuple[float, float, float]:
     """
     code = color_code(color)
     if code is None:
-        raise ValueError(f"a colour must be '#rrggbb' or one of {', '.join(COLORS)}, got {color!r}")
+        raise ValueError(f"a color must be '#rrggbb' or one of {', '.join(COLORS)}, got {color!r}")
     red, green, blue = (int(code[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return red, green, blue
 
@@ -64,12 +64,12 @@ def srgb_slope(encoded: Array) -> Array:
 
 
 def oklab_of(rgb: F64) -> F64:
-    """OKLab of display-encoded colours [N, 3]: lightness 0 to 1, green to red, blue to yellow."""
+    """OKLab of display-encoded colors [N, 3]: lightness 0 to 1, green to red, blue to yellow."""
     return np.asarray(np.cbrt(linear_from_srgb(rgb) @ CONES_FROM_RGB.T) @ OKLAB_FROM_ROOTS.T)
 
 
 def rgb_of_oklab(lab: F64) -> F64:
-    """Display-encoded colours [N, 3] of OKLab, also out of gamut: the inverse of `oklab_of`."""
+    """Display-encoded colors [N, 3] of OKLab, also out of gamut: the inverse of `oklab_of`."""
     linear = (lab @ np.linalg.inv(OKLAB_FROM_ROOTS).T) ** 3 @ np.linalg.inv(CONES_FROM_RGB).T
     return np.asarray(srgb_from_linear(linear))
 
@@ -89,7 +89,7 @@ def split_alpha(pixels: Array) -> tuple[Array, Array | None]:
 
 
 def flatten(pixels: Array, background: float | Array = 1.0) -> Array:
-    """Composite pixels [..., C] with straight alpha over white, a grey or an RGB colour [3]: RGB [..., 3]."""
+    """Composite pixels [..., C] with straight alpha over white, a grey or an RGB color [3]: RGB [..., 3]."""
     rgb, alpha = split_alpha(pixels)
     if alpha is None:
         return rgb

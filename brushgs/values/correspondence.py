@@ -13,7 +13,7 @@ from brushgs.values.quats import normalized
 def between(first: Gaussians, second: Gaussians, share: float) -> Gaussians:
     """Interpolate between two moments whose rows correspond; `share` is 0 (first) to 1 (second).
 
-    Centres, scales, opacities and colours are interpolated linearly; rotations along the shorter arc, as
+    Centers, scales, opacities and colors are interpolated linearly; rotations along the shorter arc, as
     linear mixtures of quaternions. Brushes are those of the first.
     """
     num_terms = max(first.sh.shape[1], second.sh.shape[1])
@@ -51,9 +51,9 @@ def have_same_rows(first: Gaussians, second: Gaussians) -> bool:
     """Whether row i of one moment is the same Gaussian as row i of another moment, near in time.
 
     The numbers of rows must be equal, and row i of the first must be nearer to row i of the second than to
-    two other rows of it: a random one, and row i + 1, its neighbour in files sorted in space. The distance is
-    the product of the distances in position, log scale, rotation, colour and opacity, each relative to the
-    median distance of random rows. So one property that stays (the colour of an object that flies, the
+    two other rows of it: a random one, and row i + 1, its neighbor in files sorted in space. The distance is
+    the product of the distances in position, log scale, rotation, color and opacity, each relative to the
+    median distance of random rows. So one property that stays (the color of an object that flies, the
     position of one that fades) identifies rows, however much the others change. Positions are relative to the
     scene, which may move and grow as a whole. At least four of five of up to 4096 rows must be nearer; in a
     shuffled file one of three is, and one of two if a few rows are missing.

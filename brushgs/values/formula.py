@@ -1,6 +1,6 @@
 """Gaussians whose position, rotation and opacity are formulas of time, as most moving formats store them.
 
-Each row has a centre in time. With d the time since it, the mean moves by a polynomial of d, the quaternion
+Each row has a center in time. With d the time since it, the mean moves by a polynomial of d, the quaternion
 changes at a constant rate, and the opacity fades as exp(-(d / width)^2) before and after.
 Sources: Li et al. 2024, Spacetime Gaussian Feature Splatting, sections 3.1 and 3.2; Wang et al. 2025,
 FreeTimeGS, equations 1 and 4.
@@ -16,7 +16,7 @@ from brushgs.values.arrays import F32, F64, Mask, Rows
 from brushgs.values.gaussians import Gaussians
 
 _RESTS = 1e-3  # a row whose opacity changes by no more than this over the clip is at rest
-_NARROWEST = 1e-150  # replaces a width of 0: the row shows at its centre, and no product is 0 x infinity
+_NARROWEST = 1e-150  # replaces a width of 0: the row shows at its center, and no product is 0 x infinity
 # Rows computed at a time: their float64 temporaries stay in the cache.
 _BLOCK_ROWS = 1 << 13
 
@@ -25,8 +25,8 @@ _BLOCK_ROWS = 1 << 13
 class Formula:
     """N Gaussians as formulas of a clock, whose unit may be seconds or the whole clip (0 to 1)."""
 
-    still: Gaussians  # [N] each at its centre in time, with full opacity
-    centers: F64  # [N] centres in time, float64, finite
+    still: Gaussians  # [N] each at its center in time, with full opacity
+    centers: F64  # [N] centers in time, float64, finite
     # [N] time in which the opacity falls to 1/e, float64, >= 0; infinite for a row that never fades
     widths: F64
     motion: F32  # [N, p, 3] coefficients of d, d^2, ... in world units, finite
@@ -98,7 +98,7 @@ class Formula:
 
 
 def reach(centers: F64, start: float, end: float) -> F64:
-    """[N] largest distance in time of each centre from a clock that runs from `start` to `end`."""
+    """[N] largest distance in time of each center from a clock that runs from `start` to `end`."""
     return np.maximum(np.abs(start - centers), np.abs(end - centers))
 
 
@@ -122,7 +122,7 @@ def _polynomial(motion: F32, since: F64) -> F64:
 
 
 def _turned(quats: F32, spin: F32, since: F64) -> F32:
-    """[n, 4] quaternions after `since`; where the sum is zero, the quaternion at the centre in time.
+    """[n, 4] quaternions after `since`; where the sum is zero, the quaternion at the center in time.
 
     It is zero only if the change is parallel to the quaternion, so that the rotation is the same before and
     after.

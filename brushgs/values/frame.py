@@ -28,7 +28,7 @@ class Frame:
     for `PIL.Image.fromarray`.
 
     Attributes:
-        rgb: [H, W, 3] colour premultiplied by alpha, display-encoded, float32 or float64.
+        rgb: [H, W, 3] color premultiplied by alpha, display-encoded, float32 or float64.
         alpha: [H, W] 1 - transmittance, 0 to 1.
         depth: [H, W] alpha-weighted mean camera z, 0 where nothing is painted; or None.
         height: [H, W] height of the paint, pixels: sum over strokes of blending weight times paint height, 0
@@ -94,7 +94,7 @@ class Frame:
         return replace(self, **planes, layers=layers, deep=deep)
 
     def straight_colors(self) -> Array:
-        """[H, W, 3] colour with straight (not premultiplied) alpha; 0 where nothing is painted."""
+        """[H, W, 3] color with straight (not premultiplied) alpha; 0 where nothing is painted."""
         alpha = self.alpha[..., None]
         return np.divide(self.rgb, alpha, out=np.zeros_like(self.rgb), where=alpha > 0)
 
@@ -131,11 +131,11 @@ class Frame:
         """The picture on a background, [H, W, 3].
 
         Args:
-            background: RGB colour [3] or image [H, W, 3], display-encoded, 0 to 1; or "#rrggbb" or a colour
+            background: RGB color [3] or image [H, W, 3], display-encoded, 0 to 1; or "#rrggbb" or a color
                 name such as "white", "toned" or "gray".
 
         Raises:
-            ValueError: for another shape or an unknown colour.
+            ValueError: for another shape or an unknown color.
         """
         return np.asarray(self.rgb + (1 - self.alpha[..., None]) * self._behind(background))
 

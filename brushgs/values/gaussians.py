@@ -28,7 +28,7 @@ _WITHOUT = {"brushes": 0, "ids": -1, "regions": 0}  # default of rows without th
 
 @dataclass(frozen=True, eq=False)
 class Gaussians:
-    """N anisotropic 3D Gaussians with view-dependent colour: a scene, or the strokes made of one.
+    """N anisotropic 3D Gaussians with view-dependent color: a scene, or the strokes made of one.
 
     All float columns share one dtype, float32 or float64, and become read-only views; contiguous arrays are
     not copied. Lists and integer arrays are converted to the dtype of the float arrays given, else to
@@ -37,12 +37,12 @@ class Gaussians:
     `gaussians[rows]` takes an index array, a mask, a list of either or a slice; `a + b` concatenates.
 
     Attributes:
-        means: [N, 3] centres, world units, finite.
-        quats: [N, 4] rotations as w, x, y, z; any non-zero length, normalised where used.
+        means: [N, 3] centers, world units, finite.
+        quats: [N, 4] rotations as w, x, y, z; any non-zero length, normalized where used.
         scales: [N, 3] standard deviations along the local axes, world units, >= 0.
         opacities: [N] 0 to 1.
         sh: [N, k, 3] spherical-harmonic coefficients of RGB, k = (degree + 1)^2 in 1, 4, 9, 16; the
-            colour seen is max(0, 0.5 + sum of coefficient x basis).
+            color seen is max(0, 0.5 + sum of coefficient x basis).
             Source: Kerbl et al. 2023.
         antialiased: trained with the opacity compensation of Mip-Splatting: `project` multiplies opacities by
             the root of det S / det(S + low_pass I), S the projected covariance, which fades Gaussians thinner

@@ -1,7 +1,7 @@
 """Overpaint: marks that a user painted over a scene in space, and edits of the strokes below them.
 
 Stored as a file, see `formats.marks`. Overpaint belongs to the scene, not to strokes, so it stays when
-strokes are made again. Colours are display-encoded RGB, 0 to 1; lengths are in world units; directions and
+strokes are made again. Colors are display-encoded RGB, 0 to 1; lengths are in world units; directions and
 normals are unit vectors in world axes.
 """
 
@@ -29,7 +29,7 @@ class Patches:
     """Base class: N places of a scene, with a column for each property.
 
     Attributes:
-        means: [N, 3] centres.
+        means: [N, 3] centers.
 
     Raises:
         ValueError: if a shape is wrong or a value is out of its range; names the column.
@@ -76,7 +76,7 @@ class Marks(Patches):
     If two overlap on a surface, the one of the higher layer covers the other; otherwise the nearer one does.
 
     Attributes:
-        means: [N, 3] centres.
+        means: [N, 3] centers.
         directions: [N, 3] long axis of each mark: the u axis of its tile.
         normals: [N, 3] of its plane, toward the viewer, perpendicular to `directions`; the v axis is
             direction x normal.
@@ -144,7 +144,7 @@ class Erased(Patches):
     """N discs of a surface on which strokes of the scene are erased.
 
     Attributes:
-        means: [N, 3] centres.
+        means: [N, 3] centers.
         normals: [N, 3] of the surface, toward the side from which it was erased.
         radii: [N] > 0.
     """
@@ -159,7 +159,7 @@ class Combs(Patches):
     """N balls in which strokes of the scene are turned.
 
     Attributes:
-        means: [N, 3] centres.
+        means: [N, 3] centers.
         radii: [N] > 0.
         directions: [N, 3] target direction of strokes; the sign does not matter.
         strengths: [N] 0 (not at all) to 1.
@@ -180,7 +180,7 @@ class Density(Patches):
     """N balls with more or fewer strokes.
 
     Attributes:
-        means: [N, 3] centres.
+        means: [N, 3] centers.
         radii: [N] > 0.
         factors: [N] on the number of strokes per area, 0 (none) to 100.
     """

@@ -14,8 +14,8 @@ class Path2D(NamedTuple):
     Attributes:
         kind: "line", an open polyline with a width; "area", closed polygons that are filled; "dot", a circle;
             "soft", an ellipse that fades from its middle as exp(-4.5 r^2).
-        points: [K, 2] (x, y), pixels. Polygons of an area are separated by NaN; a dot has its centre; a soft
-            ellipse its centre and the ends of its axes.
+        points: [K, 2] (x, y), pixels. Polygons of an area are separated by NaN; a dot has its center; a soft
+            ellipse its center and the ends of its axes.
         width: of a line, or the diameter of a dot, pixels.
         color: RGB, 0 to 1, display-encoded.
         opacity: 0 to 1.

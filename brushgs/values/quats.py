@@ -1,6 +1,6 @@
 """Quaternions w, x, y, z <-> rotation matrices.
 
-q and -q are the same rotation; quaternions may have any length above zero and are normalised here.
+q and -q are the same rotation; quaternions may have any length above zero and are normalized here.
 """
 
 import numpy as np

@@ -1,6 +1,6 @@
 """Real spherical harmonics in the order and signs of 3D Gaussian Splatting.
 
-A colour seen from unit direction d (from the camera to the Gaussian, world frame) is max(0, 0.5 + sum over
+A color seen from unit direction d (from the camera to the Gaussian, world frame) is max(0, 0.5 + sum over
 terms of coefficient x basis(d)). Terms are sorted by degree l, then order m from -l to l.
 Source: Kerbl et al. 2023; Sloan 2008, Stupid Spherical Harmonics Tricks, appendix A2 (with the
 Condon-Shortley sign).
@@ -58,7 +58,7 @@ def sh_basis(directions: Array, degree: int) -> NDArray[np.float64]:
 def sh_rotation(matrix: Array, degree: int) -> NDArray[np.float64]:
     """Matrix that transforms coefficients when a scene is rotated or mirrored.
 
-    A rotated Gaussian has in direction R d the colour that it had in d. Each degree is closed under rotation,
+    A rotated Gaussian has in direction R d the color that it had in d. Each degree is closed under rotation,
     so its matrix follows from the basis functions in a few directions.
 
     Args:
@@ -84,7 +84,7 @@ def sh_rotation(matrix: Array, degree: int) -> NDArray[np.float64]:
 
 
 def base_colors(sh: Array) -> NDArray[np.float64]:
-    """The colour without its view-dependent part, clipped to the display range: clamp(0.5 + C0 sh_0, 0, 1).
+    """The color without its view-dependent part, clipped to the display range: clamp(0.5 + C0 sh_0, 0, 1).
 
     Args:
         sh: [N, k, 3] coefficients, k >= 1.
@@ -96,11 +96,11 @@ def base_colors(sh: Array) -> NDArray[np.float64]:
 
 
 def shift_base_colors(gaussians: Gaussians, steps: Array) -> Gaussians:
-    """Shift the base colours of Gaussians; view dependence stays.
+    """Shift the base colors of Gaussians; view dependence stays.
 
     Args:
         gaussians: N Gaussians.
-        steps: [N, 3] added to RGB. Base colours within 0 to 1 are clamped to it; those outside do not move
+        steps: [N, 3] added to RGB. Base colors within 0 to 1 are clamped to it; those outside do not move
             further out.
     """
     before = 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64)
@@ -111,7 +111,7 @@ def shift_base_colors(gaussians: Gaussians, steps: Array) -> Gaussians:
 
 
 def in_colors(gaussians: Gaussians, colors: ArrayLike) -> Gaussians:
-    """The Gaussians in given, view-independent colours (SH degree 0).
+    """The Gaussians in given, view-independent colors (SH degree 0).
 
     Args:
         gaussians: N Gaussians.
@@ -123,7 +123,7 @@ def in_colors(gaussians: Gaussians, colors: ArrayLike) -> Gaussians:
 
 
 def seen_from(gaussians: Gaussians, eye: ArrayLike) -> Gaussians:
-    """Gaussians in the colours that a viewer sees, from wherever they are looked at (SH degree 0).
+    """Gaussians in the colors that a viewer sees, from wherever they are looked at (SH degree 0).
 
     A fifth of the bytes of a scene with highlights that move.
 
@@ -138,7 +138,7 @@ def seen_from(gaussians: Gaussians, eye: ArrayLike) -> Gaussians:
 
 
 def used_sh_degree(gaussians: Gaussians) -> int:
-    """The highest SH degree with a non-zero coefficient, 0 to 3: higher degrees cannot change a colour.
+    """The highest SH degree with a non-zero coefficient, 0 to 3: higher degrees cannot change a color.
 
     Cached per scene. Reading stops at the first row that uses the highest stored degree.
     """

@@ -15,7 +15,7 @@ class Sheet:
 
     Attributes:
         name: of the layer.
-        rgb: [H, W, 3] colour premultiplied by alpha, display-encoded.
+        rgb: [H, W, 3] color premultiplied by alpha, display-encoded.
         alpha: [H, W] 0 to 1.
         mix: blend mode on the layers below. Source: W3C, Compositing and Blending Level 1.
     """

@@ -1,7 +1,7 @@
-"""Styles: learnt from a painting or an edit of a scene, applicable to any scene.
+"""Styles: learned from a painting or an edit of a scene, applicable to any scene.
 
 Stored as a file, see `formats.styles`. A style of a painting has a palette and marks, a style of an edit has
-an edit. Colours are display-encoded RGB, 0 to 1. Lengths are shares of the shorter side of the painting; if
+an edit. Colors are display-encoded RGB, 0 to 1. Lengths are shares of the shorter side of the painting; if
 it is more elongated than 4:3, of the shorter side of a 4:3 picture with the same area.
 """
 
@@ -19,13 +19,13 @@ StyleKind = Literal["painting", "edit"]
 
 @dataclass(frozen=True, eq=False)
 class NamedColor:
-    """One colour of a palette, with the painting's colours close to it.
+    """One color of a palette, with the painting's colors close to it.
 
     Attributes:
         name: in words, such as "deep blue".
-        rgb: [3]; may be edited in the file: the colours close to it change with it.
+        rgb: [3]; may be edited in the file: the colors close to it change with it.
         share: of the painting, 0 to 1; the shares of a palette sum to 1.
-        offsets: [m, 3] colours of the painting minus the learnt `rgb`, equally weighted, m >= 1.
+        offsets: [m, 3] colors of the painting minus the learned `rgb`, equally weighted, m >= 1.
     """
 
     name: str
@@ -36,7 +36,7 @@ class NamedColor:
 
 @dataclass(frozen=True, eq=False)
 class StylePalette:
-    """The colours of a painting.
+    """The colors of a painting.
 
     Attributes:
         colors: one or more, most frequent first.
@@ -46,7 +46,7 @@ class StylePalette:
 
     @property
     def samples(self) -> F64:
-        """[S, 3] colours of the painting, for palette matching."""
+        """[S, 3] colors of the painting, for palette matching."""
         return np.concatenate([color.rgb + color.offsets for color in self.colors])
 
     @property
@@ -80,12 +80,12 @@ RESIDUAL_STEP = 1 / 320  # OKLab per step; residuals are at most 0.4 in size
 
 @dataclass(frozen=True, eq=False)
 class MarkDictionary:
-    """Marks cut out of a painting, with their colours.
+    """Marks cut out of a painting, with their colors.
 
     Attributes:
-        colors: [n, 3] mean OKLab colour of each; the most frequent kinds of marks first.
+        colors: [n, 3] mean OKLab color of each; the most frequent kinds of marks first.
         shares: [n] share of the painting's marks that are of this kind.
-        texels: [n, h, w, 4] picture of each mark, lying along the rows: OKLab residual from the mean colour,
+        texels: [n, h, w, 4] picture of each mark, lying along the rows: OKLab residual from the mean color,
             in steps of `RESIDUAL_STEP` from `RESIDUAL_ZERO`; and coverage, 255 is full.
     """
 
@@ -98,7 +98,7 @@ class MarkDictionary:
 
     @classmethod
     def of_residuals(cls, colors: F64, residuals: F32, coverage: F32, shares: F64) -> "MarkDictionary":
-        """Quantise OKLab means [n, 3], residuals [n, 3, h, w] and coverage [n, h, w], 0 to 1."""
+        """Quantize OKLab means [n, 3], residuals [n, 3, h, w] and coverage [n, h, w], 0 to 1."""
         steps = np.clip(np.rint(residuals / RESIDUAL_STEP) + RESIDUAL_ZERO, 0, 255)
         alpha = np.rint(255 * coverage)[:, None]
         texels = np.concatenate([np.where(alpha > 0, steps, RESIDUAL_ZERO), alpha], axis=1)
@@ -107,7 +107,7 @@ class MarkDictionary:
 
     @property
     def residuals(self) -> F32:
-        """[n, h, w, 3] OKLab residuals from the mean colours."""
+        """[n, h, w, 3] OKLab residuals from the mean colors."""
         return residuals_of(self.texels)
 
     @cached_property
@@ -163,16 +163,16 @@ class StyleMarks:
         aspect: its length over its width, 1 to 20.
         directions: [h, w, 2] unit vectors of twice the angle of marks (from +x towards +y), times a
             confidence of 0 to 1; see `brushgs.passes.form.mark_directions`.
-        broken_lightness: standard deviation of OKLab lightness between neighbouring marks.
+        broken_lightness: standard deviation of OKLab lightness between neighboring marks.
         broken_chroma: the same for a and b.
-        ground: [3] colour that shows between marks; None if none does.
+        ground: [3] color that shows between marks; None if none does.
         relief: visibility of the light on ridges of paint, 0 to 1, see `LightConfig.relief`; 0 if unknown:
             the relief of the look is then kept.
         brushes: stroke images cut out of the painting, each [h, w] uint8 coverage with its mark along the
             rows; empty if no mark is isolated.
         coherent: sizes where marks run side by side; None if they do nowhere, or it is unknown.
         incoherent: sizes elsewhere; likewise.
-        dictionary: marks with their colours; None if there are none.
+        dictionary: marks with their colors; None if there are none.
     """
 
     length: float
@@ -211,7 +211,7 @@ class StyleLines:
     Attributes:
         share: of the painting covered by such lines, 0 to 1.
         width: of a typical line, a share of the shorter side, above 0.
-        rgb: [3] their colour.
+        rgb: [3] their color.
     """
 
     share: float
@@ -223,7 +223,7 @@ class StyleLines:
 class Residual:
     """The part of an edit beyond its affine map: a sum of Gaussian bumps over the features of a stroke.
 
-    Each adds bump x (weights + slopes @ colour before), a local change of the affine map.
+    Each adds bump x (weights + slopes @ color before), a local change of the affine map.
 
     Attributes:
         features: names of the F features, see `brushgs.passes.style.features`.
@@ -246,10 +246,10 @@ class Residual:
 
 @dataclass(frozen=True, eq=False)
 class StyleEdit:
-    """An edit of a scene, as a function of stroke colour and features.
+    """An edit of a scene, as a function of stroke color and features.
 
     Attributes:
-        affine: [3, 4] colour after = affine[:, :3] @ colour before + affine[:, 3].
+        affine: [3, 4] color after = affine[:, :3] @ color before + affine[:, 3].
         log_size: added to the logarithm of sizes.
         residual: the rest; None if there is none.
     """
@@ -266,7 +266,7 @@ class Style:
     Attributes:
         name: for reports.
         palette: of a painting; else None.
-        marks: of a painting; None for a style of colours only.
+        marks: of a painting; None for a style of colors only.
         edit: of an edit; else None.
         stage: of a painting; None for the surroundings of the look.
         lines: of a painting; None if it has no contours.
@@ -280,7 +280,7 @@ class Style:
     lines: StyleLines | None = None
 
     def __repr__(self) -> str:
-        facts = [] if self.palette is None else [f"{len(self.palette.colors)} colours"]
+        facts = [] if self.palette is None else [f"{len(self.palette.colors)} colors"]
         if self.marks is not None:
             facts += ["marks"]
             facts += [f"{len(self.marks.brushes)} brushes"] if self.marks.brushes else []
@@ -290,7 +290,7 @@ class Style:
 
     @property
     def flatness(self) -> float:
-        """How far a painting is a print, 0 to 1: dark contours, and between them large areas of one colour.
+        """How far a painting is a print, 0 to 1: dark contours, and between them large areas of one color.
 
         Brushes leave contrast in the calmest marks as well, at least half of the mean of all marks.
         """

@@ -2,9 +2,9 @@
 
 python -m examples.benchmarks.continue_marks
 
-Rules paint three bodies, each in its own direction and with its own shift of colours, as marks on the
+Rules paint three bodies, each in its own direction and with its own shift of colors, as marks on the
 surface. The left half of each is given to `--continue`; the right half is compared: the direction of the
-nearest stroke, in the plane of the mark, and the colour that the picture shows at its place. Then the same
+nearest stroke, in the plane of the mark, and the color that the picture shows at its place. Then the same
 is asked of every look without marks.
 """
 
@@ -34,7 +34,7 @@ from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.marks import NO_TILE, Marks, Overpaint
 from brushgs.values.sh import base_colors
 
-# Bodies by number, the shift of their colours in OKLab, and the direction of the marks.
+# Bodies by number, the shift of their colors in OKLab, and the direction of the marks.
 RULES = (
     ((2,), (-0.10, 0.03, -0.10), (1, 1, 0)),  # the cloth
     ((3,), (0.15, 0.08, 0.10), (1, 0, 1)),  # the jug

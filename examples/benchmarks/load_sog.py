@@ -25,7 +25,7 @@ from tests.io.scenes.sog_maker import decode_row, files_of, make, zipped
 
 
 def large_scene(num_rows: int) -> dict:
-    """A scene of random bytes, smooth where those of trained scenes are: high bytes, scales, colours."""
+    """A scene of random bytes, smooth where those of trained scenes are: high bytes, scales, colors."""
     scene = make(num_rows, 3, seed=20251121)
     rng = np.random.default_rng(num_rows)
     for name in ("means_u", "scales", "sh0"):

@@ -3,8 +3,8 @@
     python -m examples.benchmarks.looks [SCENE ...] [--tables NAME ...] [--json FILE] [--page FILE]
 
 Paintings are those that `brushgs render` makes, 1280 x 720; plain has 6000 strokes here, as oil has.
-- likeness: PSNR in dB and SSIM of the painting without broken colour, relief and canvas to the plain picture
-  of the scene on the same ground and backdrop; those of one colour are compared in grey.
+- likeness: PSNR in dB and SSIM of the painting without broken color, relief and canvas to the plain picture
+  of the scene on the same ground and backdrop; those of one color are compared in grey.
 - seconds: of the stages and of a frame (median of 5), and the peak memory of a process that paints it;
   of koala.
 - parts: a frame of oil with one part left out, medians of 15 rounds in which all take turns.
@@ -134,7 +134,7 @@ def peak_memory() -> float:
 
 
 def likeness(look: str, scene: str) -> tuple[float, float]:
-    """PSNR and SSIM before broken colour and relief."""
+    """PSNR and SSIM before broken color and relief."""
     bare = {"strokes": {"broken_color": 0.0}, "light": {"relief": 0.0, "canvas": "none"}}
     found = prepared(look, scene, **bare)
     painting, camera = found.painting, found.camera
@@ -169,7 +169,7 @@ def likeness_table(found: list[dict[str, Any]]) -> list[list[str]]:
 
 
 def seconds_table(found: list[dict[str, Any]]) -> list[list[str]]:
-    parts = "ground", "colour", "pigments", "brushes", "backdrop", "lines", "light"
+    parts = "ground", "color", "pigments", "brushes", "backdrop", "lines", "light"
     table = [["look", "strokes", "all, s", *(f"{part}, s" for part in parts), "a frame, ms", "memory, MB"]]
     for look in LOOKS:
         own = [row for row in found if row["look"] == look and row["scene"] in TIMED]

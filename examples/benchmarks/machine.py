@@ -10,7 +10,7 @@ def describe() -> str:
     """Commit, compiler and build of the core, processor and the threads that the process may use.
 
     Raises:
-        ValueError: if the core was built without optimisation.
+        ValueError: if the core was built without optimization.
     """
     machine = describe_machine()
     return (

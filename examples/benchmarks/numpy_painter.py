@@ -23,7 +23,7 @@ def paint(
         coverage: [h, w] stroke image, both sides >= 2.
         width: pixels.
         height: pixels.
-        count: count the fragments: pixel centres inside a box whose pixel is not finished. Takes time.
+        count: count the fragments: pixel centers inside a box whose pixel is not finished. Takes time.
 
     Returns:
         Premultiplied rgb [H, W, 3], transmittance [H, W], fragments visited (0 without `count`).

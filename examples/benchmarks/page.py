@@ -127,7 +127,7 @@ def likeness_table(studio: Studio, scenes: Sequence[str], _: Path) -> list[list[
 
 def boxes_table(studio: Studio, scenes: Sequence[str], _: Path) -> list[list[str]]:
     """The largest differences of boxes to `project`."""
-    table = [["scene", "boxes", "centre, px", "half extent, px", "rim by direction, px", "opacity", "colour"]]
+    table = [["scene", "boxes", "center, px", "half extent, px", "rim by direction, px", "opacity", "color"]]
     for scene in scenes:
         config = config_of(PLAIN_LOOK, LARGE, 7000)
         prepared = prepare(source(scene), config, Report(), asks=(*PICTURE, "first_view"))
@@ -206,7 +206,7 @@ class Kind:
     look: str
     strokes: int | None = None
     stroke: str = ""
-    is_matt: bool = False  # of degree 0: colours are the same from all sides
+    is_matt: bool = False  # of degree 0: colors are the same from all sides
 
     @property
     def name(self) -> str:
@@ -289,7 +289,7 @@ def reads_of(prepared: Prepared, header: Mapping[str, Any]) -> tuple[float, floa
     """Texels that vertices and fragments of strokes read for the first view, at most.
 
     Each of the four corners of a stroke reads its 3 texels, one more with relief or border, one more with
-    normals, its colour, and 3 of the table of brushes. A fragment of a stroke reads its brush, the bristles
+    normals, its color, and 3 of the table of brushes. A fragment of a stroke reads its brush, the bristles
     where there are streaks, and 2 of the canvas where it is tested against it; of underpaint no brush.
     """
     by_vertices = by_fragments = 0.0

@@ -6,10 +6,10 @@
 A script paints five lines over the subject, 20, 30 (0.6 opaque), 9, 3 and 1.5 pixels wide. Columns:
 - thick: least intersection over union of the lines of 12 px and more, each adopted alone, in the same view;
 - thin: least share of the outlines of thinner ones within 1.5 px, both ways;
-- colour: mean difference in OKLab where there is paint, all lines adopted together;
+- color: mean difference in OKLab where there is paint, all lines adopted together;
 - marks, own: warp error in the view turned by 20 degrees to each side, over the standard deviation of the
   moved picture, within 6 px of the paint: a difference counts relative to what there is to see. `own` are the
-  strokes of the scene at the same place, those in front under the paint recoloured with it;
+  strokes of the scene at the same place, those in front under the paint recolored with it;
 - flips: marks whose direction on the picture turns by more than 90 degrees from one of 41 views to the next.
 """
 
@@ -50,7 +50,7 @@ SCENES = {
     "skull": "skull.sog",
     "plant": "plant.splat",
 }
-# From, to (shares of the subject's rectangle), width in pixels, colour, opacity.
+# From, to (shares of the subject's rectangle), width in pixels, color, opacity.
 LINES = (
     ((0.30, 0.35), (0.62, 0.55), 20.0, (0.95, 0.15, 0.1), 1.0),
     ((0.35, 0.75), (0.65, 0.68), 30.0, (1.0, 0.8, 0.0), 0.6),
@@ -144,7 +144,7 @@ def _near(first: Mask, second: Mask) -> float:
 
 
 def recolored(site: Site, layer: F64) -> Painting:
-    """The painting with the strokes in front under the paint in its colours."""
+    """The painting with the strokes in front under the paint in its colors."""
     camera, below = site.prepared.camera, site.below
 
     def changed(coat: Coat) -> Coat:
@@ -235,7 +235,7 @@ def main() -> None:
     options = parser.parse_args()
     print(describe(), flush=True)
     width, height = (int(side) for side in options.size.lower().split("x"))
-    print("| scene | thick | thin | colour | marks | own | flips |\n|---|---|---|---|---|---|---|")
+    print("| scene | thick | thin | color | marks | own | flips |\n|---|---|---|---|---|---|---|")
     for name in present(options.scenes, SCENES):
         site = Site.of(name, (width, height), options.strokes)
         thick, thin, color = in_its_view(site)

@@ -66,7 +66,7 @@ def paint_image(
     """Paint one picture with strokes on the image plane.
 
     Five layers, each of half the size of the one before. A layer puts its strokes on a jittered grid, in the
-    cells where the canvas is furthest from the picture. A stroke has the colour of the picture blurred to its
+    cells where the canvas is furthest from the picture. A stroke has the color of the picture blurred to its
     size, and lies along the edges (the minor axis of the structure tensor of the three channels); the order
     is random.
 
@@ -76,7 +76,7 @@ def paint_image(
         num_strokes: the most strokes, >= 1; fewer if the picture is reached before.
         seed: of the jitter and the order.
         filter: see `rasterize`.
-        background: the empty canvas, one RGB colour 0 to 1 or [H, W, 3]; where it equals the picture it stays
+        background: the empty canvas, one RGB color 0 to 1 or [H, W, 3]; where it equals the picture it stays
             empty.
         num_threads: see `rasterize`.
 
@@ -193,7 +193,7 @@ def _tensor(picture: F64) -> F64:
 def _choose(
     picture: F64, tensor: F64, canvas: F64, layer: _Layer, budget: int
 ) -> tuple[NDArray[np.intp], F64, F64]:
-    """Rows of the cells that are painted, in the order of painting; their colours and directions."""
+    """Rows of the cells that are painted, in the order of painting; their colors and directions."""
     from scipy.ndimage import gaussian_filter
 
     deviation = BLUR * float(layer.half_extents.min())
@@ -231,7 +231,7 @@ def _reduced(values: F64, factor: int) -> F64:
 
 
 def _sample(values: F64, places: F64) -> F64:
-    """[n, C] of [H, W, C] at places (x, y), linear between the centres of pixels."""
+    """[n, C] of [H, W, C] at places (x, y), linear between the centers of pixels."""
     from scipy.ndimage import map_coordinates
 
     at = places.T[::-1] - 0.5

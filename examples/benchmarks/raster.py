@@ -5,7 +5,7 @@
 
 Yardsticks: S, a plain scalar rasteriser in C++ (scanline.cpp), and N, one in NumPy (numpy_painter.py, one
 thread). All paint the same boxes and are checked against each other first; then they are timed interleaved
-in one process. Milliseconds are medians (minimum-maximum) of the wall clock. A fragment is a pixel centre
+in one process. Milliseconds are medians (minimum-maximum) of the wall clock. A fragment is a pixel center
 inside a box whose pixel is not finished, counted once by N: it does not depend on who paints. "frame" is
 projection and rasterisation; the yardsticks get the same projection. "soft" boxes have softness.
 --isa runs one process each.

@@ -4,7 +4,7 @@
 
 Every point is measured in processes of its own, confined to one core and with two in turn: in each the median
 of several rounds after one that fills the caches, of a slow point one; and of three such turns the quickest,
-since a busy neighbour of either core would pass for a serial share. The exponent is that of the growth
+since a busy neighbor of either core would pass for a serial share. The exponent is that of the growth
 since the row before: 1 is linear. The bottleneck is the stage that takes most of the time on two cores. The
 serial share s follows from the two times by Amdahl's law, t2 / t1 = s + (1 - s) / 2, and with it the gain of
 64 cores over one, 1 / (s + (1 - s) / 64). It is an estimate: it knows nothing of memory that 64 cores would
@@ -62,7 +62,7 @@ def picture(num_strokes: int, width: int, height: int) -> list[Stage]:
 
 
 def abstraction(num_gaussians: int) -> list[Stage]:
-    """So many Gaussians of one colour, pruned as usual and clustered into `STROKES`."""
+    """So many Gaussians of one color, pruned as usual and clustered into `STROKES`."""
     gaussians = workloads.strokes(num_gaussians, sh_degree=0)
     kept = prune(gaussians)
     return [("prune", lambda: prune(gaussians)), ("cluster", lambda: cluster(kept, STROKES))]

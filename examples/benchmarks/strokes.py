@@ -5,7 +5,7 @@
 
 Strokes are made by `brushgs.pipeline.prepare`, as the commands make them, for one picture of 800 x 600. The
 arms: "off" has no pass that sees and draws strokes alone, "on" is the default of the command, "no X" leaves
-out one measure X of "on" (seen weights, splits and seen colours are the three parts of "views"), and "off N"
+out one measure X of "on" (seen weights, splits and seen colors are the three parts of "views"), and "off N"
 are N strokes of "off", for what it would take to reach "on" without.
 Each is compared on white with the plain picture of the scene without floaters:
 - at 0, 25 and 160 degrees from the picture, the last two 2 degrees higher;
@@ -101,7 +101,7 @@ OFF: dict[str, dict[str, Any]] = {  # the options of a painting that leave a mea
     "views": {"see": "off"},
     "solid paint": {"solid": False},
     "direction": {"direction": Direction("own")},
-    "broken colour": {"broken_color": 0.0},
+    "broken color": {"broken_color": 0.0},
     "underpaint": {"underpaint": False},
     "streaks": {"streaks": 0.0},
 }
@@ -109,7 +109,7 @@ ALL_OFF = {name: value for options in OFF.values() for name, value in options.it
 
 
 def _own_colors(gaussians: bg.Gaussians, views: Any) -> Seen | None:
-    """`seen_in`, the Gaussians in their own colours."""
+    """`seen_in`, the Gaussians in their own colors."""
     seen = seen_in(gaussians, views)
     return None if seen is None else replace(seen, gaussians=gaussians)
 
@@ -118,7 +118,7 @@ def _own_colors(gaussians: bg.Gaussians, views: Any) -> Seen | None:
 PATCHED: dict[str, dict[str, Any]] = {
     "seen weights": {"brushgs.passes.seen.Seen.weights": lambda seen, focus: cluster_weights(seen.gaussians)},
     "splits": {"brushgs.passes.reduce.cluster.FIRST_SHARE": 1.0},
-    "seen colours": {
+    "seen colors": {
         "brushgs.passes.reduce.cluster.seen_in": _own_colors,
         "brushgs.passes.color.repaint.repaint": lambda strokes, *_, **__: strokes,
     },

@@ -18,7 +18,7 @@ SH_C0 = 0.28209479
 
 
 def strokes(n: int, *, sh_degree: int = 3, dtype: type[np.floating] = np.float32) -> Gaussians:
-    """Thin coloured discs, roughly tangential to a lumpy sphere of radius about 1, with SH up to degree 3."""
+    """Thin colored discs, roughly tangential to a lumpy sphere of radius about 1, with SH up to degree 3."""
     g = np.random.default_rng([SEED, n])
     d = _unit(g.normal(size=(n, 3)))
     th, ph = np.arctan2(d[:, 0], d[:, 2]), np.arcsin(d[:, 1])

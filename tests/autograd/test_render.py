@@ -48,7 +48,7 @@ def trained():
 
 @for_each("stroke", ["flat", "gaussian"])
 def test_float32_gradients_are_those_of_float64_on_a_trained_scene(stroke):
-    """2000 strokes; a loss by colour, alpha and depth. The difference is taken value by value.
+    """2000 strokes; a loss by color, alpha and depth. The difference is taken value by value.
 
     The derivative of a picture jumps where a pixel lies on the edge of a box or on a line of texels. There
     the two precisions may take different sides, and one stroke be off by some 5 %: three such strokes are

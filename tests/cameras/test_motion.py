@@ -28,7 +28,7 @@ def camera(rotation=None, position=(0, 0, 0), focal=50.0, near=0.01, **size):
 
 
 def orbit_view(angle, radius=3.0, center=(1, -2, 5), tilt=0.4):
-    """A camera on a circle about the y axis through a centre, looking down at it."""
+    """A camera on a circle about the y axis through a center, looking down at it."""
     home = turned((1, 0, 0), tilt)
     start = camera(home, home.T @ np.array([0, 0, -radius]))
     viewmat = start.viewmat.copy()

@@ -257,7 +257,7 @@ def blue():
     return "blue.png"
 
 
-def test_a_palette_gives_its_colours(scene, blue, capsys):
+def test_a_palette_gives_its_colors(scene, blue, capsys):
     words = ["--background", "transparent", "--palette", blue, "--broken-color", "0"]
     code, out, _ = run(capsys, "render", scene, *SMALL, *words, "--json")
     assert code == 0

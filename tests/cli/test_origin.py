@@ -142,8 +142,8 @@ def test_numbers_go_on_and_folders_count_when_they_hold_something(tmp_path):
             "--focus subject changes nothing: all of the scene is in it; name a smaller",
         ),
         (["--where", "subject"], "--where subject changes nothing, since all 60 Gaussians lie in it; name a"),
-        (["--palette", "p.png"], "--palette gives no colours, since ink is of one, #121217; take"),
-        (["--chroma", "2"], "--chroma 2 gives no colours, since ink is of one, #121217; take"),
+        (["--palette", "p.png"], "--palette gives no colors, since ink is of one, #121217; take"),
+        (["--chroma", "2"], "--chroma 2 gives no colors, since ink is of one, #121217; take"),
     ],
 )
 def test_a_flag_that_changes_nothing_says_what_would(scene, capsys, words, note):

@@ -74,7 +74,7 @@ byte_opacities = _each(["opacity"], lambda logits: np.round(255 * _sigmoid(logit
 linear_colors = _each(BASE, _rgb)
 byte_colors = _each(BASE, lambda values: np.round(255 * _rgb(values)))
 dark = _each(BASE, lambda values: 0.02 * (values - 1.78) - 1.75)
-# Four times as bright: colours of a scene that was trained in linear light, or over-exposed.
+# Four times as bright: colors of a scene that was trained in linear light, or over-exposed.
 bright = _each(BASE, lambda values: 4 * values + 1.5 / C0)
 faint = _each(["opacity"], lambda logits: _logit(0.05 * _sigmoid(logits)))
 
@@ -148,7 +148,7 @@ def needles(columns: Columns, share: float = 0.01) -> Planted:
 
 
 def floaters(columns: Columns, share: float = 0.01) -> Planted:
-    """Gaussians of 0.3 to 4 % of the radius, of any opacity, colour and turn, evenly in a ball around."""
+    """Gaussians of 0.3 to 4 % of the radius, of any opacity, color and turn, evenly in a ball around."""
     rng, added, center, radius = _copied(columns, share, 9)
     count = len(added["x"])
     places = 1.5 * radius * rng.uniform(0, 1, (count, 1)) ** (1 / 3) * _directions(rng, count)
@@ -217,7 +217,7 @@ def _some(columns: Columns, share: float, seed: int) -> tuple[np.random.Generato
 
 
 def _copied(columns: Columns, share: float, seed: int) -> tuple:
-    """A generator, copies of some rows, and the centre and the radius of the scene."""
+    """A generator, copies of some rows, and the center and the radius of the scene."""
     rng, rows = _some(columns, share, seed)
     frame = robust_frame(np.stack([columns[name] for name in "xyz"], 1))
     return rng, {name: values[rows] for name, values in columns.items()}, *frame

@@ -17,7 +17,7 @@ def fruit() -> bg.Gaussians:
 
 @cache
 def ball(seed: int = 0, num_gaussians: int = 3000) -> bg.Gaussians:
-    """Flat Gaussians on a sphere of radius 1, of random size, colour and opacity."""
+    """Flat Gaussians on a sphere of radius 1, of random size, color and opacity."""
     rng = np.random.default_rng(seed)
     normals = rng.normal(size=(num_gaussians, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)

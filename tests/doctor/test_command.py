@@ -76,7 +76,7 @@ def test_what_cannot_be_examined_or_written_exits_2_by_name(ill, tmp_path, capsy
 
 def test_loading_points_to_the_doctor_where_a_fault_is_certain(tmp_path):
     columns = plant.columns_of(ball(), tmp_path)
-    for way, what in ((plant.linear_opacities, "opacities"), (plant.byte_colors, "colours")):
+    for way, what in ((plant.linear_opacities, "opacities"), (plant.byte_colors, "colors")):
         path = plant.write(way(columns), tmp_path / "a.ply")
         with pytest.warns(bg.SceneWarning, match=f"{what} seem to be .* 'brushgs doctor .*--fix"):
             bg.load(path)

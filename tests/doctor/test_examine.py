@@ -91,7 +91,7 @@ def test_the_up_axis_is_stated_by_the_header_or_not_sure(tmp_path):
 
 
 def test_a_scene_at_one_place_is_examined(tmp_path):
-    """All positions equal: no radius, no neighbours; a k-d tree of them would take the square of N."""
+    """All positions equal: no radius, no neighbors; a k-d tree of them would take the square of N."""
     ball_ = ball(0, 30_000)
     means = np.ones_like(ball_.means)
     bg.save(bg.Gaussians(means, ball_.quats, ball_.scales, ball_.opacities, ball_.sh), tmp_path / "a.ply")

@@ -10,7 +10,7 @@ from tests.kit.for_each import for_each
 from tests.scenes import real_scene
 
 # Scene -> what is odd about it, seen in pictures, its up, and whether that is likely: dark blobs are around
-# koala. The firework's script wrote colours of 0 to 1 where coefficients belong.
+# koala. The firework's script wrote colors of 0 to 1 where coefficients belong.
 FOUND = {
     "koala.ply": ({"floaters"}, "-y", "likely"),
     "rubber_toy_cloud.ply": (set(), "+y", "not sure"),

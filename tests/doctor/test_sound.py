@@ -11,7 +11,7 @@ from tests.doctor import plant
 from tests.doctor.scenes import ball, fruit
 
 MADE = {"fruit": fruit, "ball": ball}
-# What a sound file may hold: any logit, colours about as in the scene, and no sizes beyond those in it.
+# What a sound file may hold: any logit, colors about as in the scene, and no sizes beyond those in it.
 WHOLE = st.integers(-12, 255).map(float)
 VALUES = {"opacity": WHOLE | st.floats(-12, 100)} | {name: st.floats(-2, 2) for name in plant.BASE}
 
@@ -50,7 +50,7 @@ def test_a_constant_column_is_no_other_encoding_and_the_cure_shows_the_same(made
     check()
 
 
-def test_a_plain_colour_is_not_taken_for_rgb(tmp_path):
+def test_a_plain_color_is_not_taken_for_rgb(tmp_path):
     colors = dict(zip(plant.BASE, (0.1, 0.5, 0.9), strict=True))
     plain = {name: np.full(len(ball()), value, np.float32) for name, value in colors.items()}
     path = plant.write(plant.nothing(plant.columns_of(ball(), tmp_path) | plain), tmp_path / "plain.ply")

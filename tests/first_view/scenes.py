@@ -20,7 +20,7 @@ ROTATIONS = [
 
 
 def gaussians(means, normals, sizes, colors, opacities=0.95, flatness=0.1) -> bg.Gaussians:
-    """Flat Gaussians on surfaces: [n, 3] centres and normals, sizes in the surface, colours 0 to 1."""
+    """Flat Gaussians on surfaces: [n, 3] centers and normals, sizes in the surface, colors 0 to 1."""
     count = len(means)
     z = normals / np.linalg.norm(normals, axis=1, keepdims=True)
     x = np.cross(z, np.eye(3)[np.abs(z).argmin(axis=1)])
@@ -106,7 +106,7 @@ def statue_view() -> FirstView:
 
 
 def _speckled(rng, count):
-    """[count, 3] the colours of granite."""
+    """[count, 3] the colors of granite."""
     return np.repeat(np.clip(rng.normal(0.5, 0.15, (count, 1)), 0, 1), 3, axis=1)
 
 
@@ -125,7 +125,7 @@ def on_a_plaza() -> bg.Gaussians:
 
 @cache
 def relief() -> bg.Gaussians:
-    """A wall of coloured stones all across the view from the origin along +z with y down."""
+    """A wall of colored stones all across the view from the origin along +z with y down."""
     rng = np.random.default_rng(2)
     x, y = np.meshgrid(np.linspace(-4, 4, 160), np.linspace(-3, 3, 120))
     means = np.stack([x.ravel(), y.ravel(), 4 + 0.3 * np.sin(3 * x.ravel()) * np.cos(2 * y.ravel())], axis=1)

@@ -479,7 +479,7 @@ def pngs(folder: Path) -> list[bytes]:
 
 
 def jpegs(folder: Path) -> list[bytes]:
-    """Grey and colour, sequential and progressive."""
+    """Grey and color, sequential and progressive."""
     kinds: list[dict[str, object]] = [
         {},
         {"jpeg:progressive": 1},
@@ -531,7 +531,7 @@ def webps(folder: Path) -> list[bytes]:
 
 
 def bmps(folder: Path) -> list[bytes]:
-    """Grey, colour and alpha."""
+    """Grey, color and alpha."""
     return [written(folder / "a.bmp", _pixels(n, np.uint8)) for n in (1, 3, 4)]
 
 

@@ -141,7 +141,7 @@ def set_back_wheel_boxes(num_sigmas: float) -> Boxes:
 
 
 def wheel_boxes(num_sigmas: float) -> Boxes:
-    """A wheel of strokes in all directions and colours, from large to far below a pixel."""
+    """A wheel of strokes in all directions and colors, from large to far below a pixel."""
     turns = np.linspace(0, 2 * np.pi, 25)[:-1]
     rings = [(36, 14, 5), (22, 8, 4), (12, 4, 2.4), (6, 1.6, 0.8), (2.5, 0.5, 0.3)]  # radius, half extents
     columns: list[tuple[float, ...]] = []

@@ -58,7 +58,7 @@ VIEW = ("--up", "-y", "--azimuth", "5", "--elevation", "10", "--zoom", "1.3")
 # differ. Pictures in steps of 8 bits, as those of `test_golden.py`.
 NEAR, OFF_SHARE = 1e-3, 0.01
 MEAN_LIMIT, FAR, FAR_SHARE = 0.05, 2, 0.005
-# Of pictures in a style, whose colours are matched one by one: what rounds otherwise swaps some.
+# Of pictures in a style, whose colors are matched one by one: what rounds otherwise swaps some.
 STYLE_MEAN_LIMIT, STYLE_FAR = 0.3, 4.5
 
 

@@ -53,7 +53,7 @@ def canvas_frame(case: Case, boxes: Boxes, num_threads: int) -> Frame:
 
 
 def decoded(path) -> np.ndarray:
-    """[H, W, 3 or 4] in steps of 8 bits, colour premultiplied: faint pixels count by what they show."""
+    """[H, W, 3 or 4] in steps of 8 bits, color premultiplied: faint pixels count by what they show."""
     pixels = 255 * read_image(path).astype(np.float64)
     if pixels.shape[2] == 4:
         pixels[..., :3] *= pixels[..., 3:] / 255

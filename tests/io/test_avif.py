@@ -13,7 +13,7 @@ pytestmark = pytest.mark.skipif(not features.check("avif"), reason="this Pillow 
 
 
 def smooth_frame(height: int, width: int) -> Frame:
-    """Muted colours that change slowly, so that four pixels have one chroma; thinner to the right."""
+    """Muted colors that change slowly, so that four pixels have one chroma; thinner to the right."""
     y, x = np.mgrid[:height, :width] / height
     rgb = np.stack([0.5 + 0.2 * np.sin(2 * x), 0.5 + 0.2 * np.cos(2 * y), 0.4 + 0.1 * x], -1)
     alpha = (1 - 0.5 * x).astype(np.float32)

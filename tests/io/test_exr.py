@@ -78,16 +78,16 @@ def test_the_picture_is_premultiplied_linear_light_in_half_floats_and_depth_is_e
     assert header.version == 2  # single part, scan lines, flat, short names
     assert header.attributes["compression"] == ("compression", 3)  # ZIP of 16 rows
     assert header.value("dataWindow") == header.value("displayWindow") == (0, 0, WIDTH - 1, HEIGHT - 1)
-    pixels = read_image(tmp_path / "a.exr")  # display-encoded straight colour
+    pixels = read_image(tmp_path / "a.exr")  # display-encoded straight color
     assert pixels.shape == (HEIGHT, WIDTH, 4)
     np.testing.assert_allclose(pixels[..., :3], straight(frame), atol=0.5 / 255)
     np.testing.assert_allclose(pixels[..., 3], frame.alpha, atol=HALF)
 
 
-@for_each("kind", ["colour", "picture"])
+@for_each("kind", ["color", "picture"])
 def test_on_a_background_alpha_is_1_and_layers_tell_how_much_is_painted(tmp_path, kind):
     ground = np.random.default_rng(1).random((HEIGHT, WIDTH, 3)).astype(np.float32)
-    background = (1.0, 0.5, 0.0) if kind == "colour" else ground
+    background = (1.0, 0.5, 0.0) if kind == "color" else ground
     frame = make_frame(depth=True)
     write_frame(frame, tmp_path / "a.exr", background)
     channels = channels_of(tmp_path / "a.exr")
@@ -138,7 +138,7 @@ def test_a_picture_with_many_layers_is_read_though_it_is_large(tmp_path):
     )
     write_frame(frame, tmp_path / "a.exr")
     assert read_image(tmp_path / "a.exr", max_pixels=200 * 300 * 5).shape == (300, 200, 4)
-    with pytest.raises(SceneError, match=r"holds 52 channels in 200x300 pixels .* its colours only"):
+    with pytest.raises(SceneError, match=r"holds 52 channels in 200x300 pixels .* its colors only"):
         read_image(tmp_path / "a.exr", max_pixels=200 * 300)
 
 
@@ -187,7 +187,7 @@ def test_a_rate_must_be_positive():
         Shot(fps=0)
 
 
-def test_colours_and_conventions_are_stated(tmp_path):
+def test_colors_and_conventions_are_stated(tmp_path):
     write_frame(make_frame(layers=make_layers()), tmp_path / "a.exr", (1.0, 1.0, 1.0))
     header = read_header(tmp_path / "a.exr")
     assert header.value("chromaticities") == pytest.approx((0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329))

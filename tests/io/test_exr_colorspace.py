@@ -1,4 +1,4 @@
-"""Colour spaces of EXR files: known patches, and what the header says of them."""
+"""Color spaces of EXR files: known patches, and what the header says of them."""
 
 import numpy as np
 import OpenImageIO

@@ -60,7 +60,7 @@ def palette_chunk(colors: bytes) -> bytes:
 
 
 @for_each(("suffix", "largest"), [(".png", 255), (".tif", 65535), (".tiff", 65535)])
-def test_a_frame_keeps_its_straight_colours_and_alpha(tmp_path, suffix, largest):
+def test_a_frame_keeps_its_straight_colors_and_alpha(tmp_path, suffix, largest):
     frame = make_frame()
     write_frame(frame, tmp_path / f"a{suffix}")
     pixels = read_image(tmp_path / f"a{suffix}")
@@ -94,7 +94,7 @@ def test_a_frame_on_a_background_has_no_alpha(tmp_path, suffix):
         np.testing.assert_allclose(pixels, frame.over(background), atol=0.5001 / 255)
 
 
-def test_colours_beyond_white_survive_in_exr_and_are_clipped_elsewhere(tmp_path):
+def test_colors_beyond_white_survive_in_exr_and_are_clipped_elsewhere(tmp_path):
     frame = Frame(np.full((2, 2, 3), 1.5, np.float32), np.ones((2, 2), np.float32))
     write_frame(frame, tmp_path / "a.png")
     assert read_image(tmp_path / "a.png").max() == 1
@@ -106,7 +106,7 @@ def test_colours_beyond_white_survive_in_exr_and_are_clipped_elsewhere(tmp_path)
     source.close()
 
 
-def test_a_jpeg_holds_the_picture_on_its_background_with_full_colour_resolution(tmp_path):
+def test_a_jpeg_holds_the_picture_on_its_background_with_full_color_resolution(tmp_path):
     height, width = 48, 64
     y, x = np.mgrid[:height, :width] / height
     rgb = np.stack([0.5 + 0.4 * np.sin(9 * x), 0.5 + 0.4 * np.cos(7 * y), x * y / 2], -1).astype(np.float32)

@@ -57,7 +57,7 @@ HUGE = base64.b64encode(png(1 << 15, 1 << 15, 8, 6, b"\0" * 99)).decode()
         ("density", "factors", [1.0, 1e9], r"density\.factors"),
         ("atlas", "picture", {"type": "png", "data": "AAAA"}, "atlas"),
         ("atlas", "picture", {"type": "png", "data": HUGE}, "atlas"),
-        ("marks", "colour", [1.0], "colour"),
+        ("marks", "color", [1.0], "color"),
     ],
 )
 def test_wrong_files_are_refused(part, field, value, sentence, tmp_path):

@@ -98,7 +98,7 @@ def test_a_broken_view_dependent_coefficient_counts_as_zero_and_costs_no_row(tmp
     for row, name in ((7, "f_rest_40"), (31, "f_rest_0"), (31, "f_rest_44")):
         columns[name][row], sound[name][row] = value, 0
     path = write_scene(tmp_path / "a.ply", columns)
-    what = rf"a\.ply: in 2 of 50 rows view-dependent colours .* \(first: row 7, f_rest_40 = {value:g}\)"
+    what = rf"a\.ply: in 2 of 50 rows view-dependent colors .* \(first: row 7, f_rest_40 = {value:g}\)"
     with pytest.warns(SceneWarning, match=what):
         gaussians, notes = read_scene(path)
     assert (notes.rows_read, notes.rows_dropped) == (50, 0)

@@ -25,7 +25,7 @@ WIDTH, HEIGHT, NUM_FRAMES = 72, 50, 7
 def moving_picture(
     width: int = WIDTH, height: int = HEIGHT, num_frames: int = NUM_FRAMES
 ) -> list[np.ndarray]:
-    """A smooth pattern of many colours that slides by two pixels a frame."""
+    """A smooth pattern of many colors that slides by two pixels a frame."""
     noise = np.random.default_rng(0).random((height, width + 2 * num_frames, 3))
     smooth = gaussian_filter(noise, (4, 4, 0))
     pixels = ((smooth - smooth.min()) / np.ptp(smooth) * 255).astype(np.uint8)
@@ -130,7 +130,7 @@ def test_bytes_do_not_depend_on_what_lay_in_memory(tmp_path):
 
 
 @for_each(("suffix", "codec", "bits"), [row for row in OFFERED if row[0] != ".gif"])
-def test_colours_are_converted_by_bt709_and_tagged_so(tmp_path, suffix, codec, bits):
+def test_colors_are_converted_by_bt709_and_tagged_so(tmp_path, suffix, codec, bits):
     colors = np.array([(255, 0, 0), (0, 255, 0), (0, 0, 255), (200, 120, 40)])
     pixels = np.repeat(np.repeat(colors[None].astype(np.uint8), 32, axis=0), 16, axis=1)
     _, stored, _ = read(film(tmp_path / f"a{suffix}", [pixels] * 3, codec=codec, bits=bits))
@@ -247,7 +247,7 @@ def seen_through(width: int = WIDTH, height: int = HEIGHT) -> list[np.ndarray]:
 
 
 def soft_frame(width: int, height: int) -> bg.Frame:
-    """A warm disc with a soft edge on nothing; its colours slide from left to right."""
+    """A warm disc with a soft edge on nothing; its colors slide from left to right."""
     x, y = np.meshgrid(np.arange(width) / width - 0.5, np.arange(height) / height - 0.5)
     alpha = np.clip((0.42 - np.hypot(x, y)) * 6, 0, 1).astype(np.float32)
     colors = np.stack([0.8 + 0.1 * x, 0.5 + 0.4 * x, 0.2 - 0.1 * y], axis=-1).astype(np.float32)
@@ -267,7 +267,7 @@ def with_alpha(path: Path) -> list[av.VideoFrame]:
 
 @for_each("size", [(96, 64), (97, 63)])
 @for_each(("suffix", "close"), [(".mov", 0.004), (".webm", 0.03)])
-def test_transparent_frames_keep_their_alpha_and_their_straight_colours(tmp_path, suffix, close, size):
+def test_transparent_frames_keep_their_alpha_and_their_straight_colors(tmp_path, suffix, close, size):
     frame = soft_frame(*size)
     bg.save_video([frame] * 3, tmp_path / f"a{suffix}", background=None)
     decoded = with_alpha(tmp_path / f"a{suffix}")
@@ -286,7 +286,7 @@ def test_transparent_frames_keep_their_alpha_and_their_straight_colours(tmp_path
         assert errors.mean() < close / 2, errors.mean()
 
 
-def test_colours_go_on_where_nothing_is_painted():
+def test_colors_go_on_where_nothing_is_painted():
     frame = soft_frame(37, 22)
     colors = spread_colors(frame)
     painted = frame.alpha > 0
@@ -297,7 +297,7 @@ def test_colours_go_on_where_nothing_is_painted():
     assert not spread_colors(bare).any()
 
 
-def test_colours_of_all_pictures_of_a_gif_count():
+def test_colors_of_all_pictures_of_a_gif_count():
     counts = ColorCounts()
     for color in ((255, 0, 0), (0, 0, 255)):
         counts.add(np.full((4, 4, 3), color, np.uint8))

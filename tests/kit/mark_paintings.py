@@ -1,4 +1,4 @@
-"""Four paintings of known marks, by which what is learnt of marks is judged.
+"""Four paintings of known marks, by which what is learned of marks is judged.
 
     python -m tests.kit.mark_paintings [FOLDER [WIDTH HEIGHT]]   # hatching.png and so on, 1000x750
 
@@ -124,8 +124,8 @@ def paint(name: str, *, size=SIZE, seed: int = 0) -> np.ndarray:
 
 
 @cache
-def learnt(name: str) -> StyleMarks:
-    """What is learnt of the marks of one of the paintings, once a process: it takes three seconds."""
+def learned(name: str) -> StyleMarks:
+    """What is learned of the marks of one of the paintings, once a process: it takes three seconds."""
     return learn_marks(paint(name, size=(800, 600)))
 
 

@@ -1,4 +1,4 @@
-"""Three paintings of the project's own making, each with its colours and its way of the brush.
+"""Three paintings of the project's own making, each with its colors and its way of the brush.
 
     python -m tests.kit.paintings [FOLDER]      # ochre.png, night.png, garden.png, 480x360
 
@@ -74,7 +74,7 @@ def write(folder: Path) -> dict[str, Path]:
     folder.mkdir(parents=True, exist_ok=True)
     paths = {name: folder / f"{name}.png" for name in PAINTINGS}
     for name, path in paths.items():
-        # On the colour of its middle tone: nowhere does a ground show that is no paint.
+        # On the color of its middle tone: nowhere does a ground show that is no paint.
         frame = paint(name)
         ground = frame.rgb.mean(axis=(0, 1)) / frame.alpha.mean()
         bg.save(bg.Frame(*_opaque(frame, ground)), path)
@@ -87,7 +87,7 @@ def _opaque(frame, ground):
 
 
 def _ramp(shares, colors):
-    """[n, 3] colours along a ramp of "#rrggbb" at shares of 0 to 1."""
+    """[n, 3] colors along a ramp of "#rrggbb" at shares of 0 to 1."""
     stops = np.array([[int(c[i : i + 2], 16) / 255 for i in (1, 3, 5)] for c in colors])
     places = np.linspace(0, 1, len(stops))
     return np.stack([np.interp(np.clip(shares, 0, 1), places, channel) for channel in stops.T], axis=1)

@@ -53,7 +53,7 @@ def cameras(num: int, *, between: bool = False, size: tuple[int, int] = SIZE) ->
 
 
 def in_two_colors(gaussians: Gaussians, inside, one=RED, other=BLUE) -> Gaussians:
-    """Gaussians in one colour inside, and another outside."""
+    """Gaussians in one color inside, and another outside."""
     colors = np.where(inside[:, None], one, other)
     return replace(gaussians, sh=((colors - 0.5) / C0)[:, None].astype(gaussians.sh.dtype))
 
@@ -71,7 +71,7 @@ def iou(found, truth, weights=None) -> float:
 
 
 def leakage(gaussians: Gaussians, found, truth, views: Sequence[Camera]) -> float:
-    """Alpha of the wrong colour over that of both, away from outlines, 0 to 1."""
+    """Alpha of the wrong color over that of both, away from outlines, 0 to 1."""
     from scipy.ndimage import binary_dilation, binary_erosion
 
     wrong, total = 0.0, 0.0

@@ -59,7 +59,7 @@ def test_the_histogram_is_the_published_formula_pixel_by_pixel():
     assert columns.histogram_loss(*apart) == 1
 
 
-def test_structure_knows_marks_from_colours_and_ranks_the_nearest_first():
+def test_structure_knows_marks_from_colors_and_ranks_the_nearest_first():
     y, x = np.mgrid[:96, :128]
     across, along = (np.repeat(0.5 + 0.3 * np.sin(c / 2.0)[..., None], 3, axis=2) for c in (x, y))
     tinted = np.clip(across * [0.9, 0.7, 0.5], 0, 1)

@@ -375,7 +375,7 @@ def test_bad_input_is_one_sentence_and_leaves_nothing(scene, capsys):
         (["-o", "report.pdf"], "output must be a folder or end in .json, .png, got 'report.pdf'"),
         (["-o", "a.png", "--no-plot"], "--no-plot cannot be combined with an output that is a plot"),
         (["--stroke", "brush.png", "-o", "brush.png"], "is the input, which is never overwritten"),
-        (["--background", "transparent"], "background must be a colour or an image"),
+        (["--background", "transparent"], "background must be a color or an image"),
         (["--pairs", "0"], "--pairs must be a whole number of 1 or more, got '0'"),
         (["--path", "way.json"], "either an orbit or a path from a file, got both"),
         (["--lock", "off"], "unrecognized arguments: --lock off"),

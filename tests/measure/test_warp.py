@@ -34,7 +34,7 @@ def test_a_plane_seen_twice_has_no_error_but_the_interpolation():
     assert np.sqrt(np.nanmean(error.squared_error)) == pytest.approx(error.rmse, rel=1e-5)
 
 
-def test_a_change_of_colour_is_the_error_and_the_worst_pixels_are_those_of_largest():
+def test_a_change_of_color_is_the_error_and_the_worst_pixels_are_those_of_largest():
     view = plane_view(camera_at(0.0))
     assert warp_error(view, view).rmse < 1e-6
     brighter = warp_error(view, replace(view, rgb=view.rgb + 0.1))

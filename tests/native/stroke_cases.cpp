@@ -1,4 +1,4 @@
-// What makes strokes of Gaussians: groups and their moments, halves of groups, coverage and colours.
+// What makes strokes of Gaussians: groups and their moments, halves of groups, coverage and colors.
 #include <string>
 #include <utility>
 #include <vector>

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from brushgs.options.where import MAX_DEPTH, Where, WhereConfig, clip_folder
 from brushgs.options.where_terms import (
     Box,
-    Colour,
+    Color,
     Half,
     Height,
     Length,
@@ -33,7 +33,7 @@ terms = st.one_of(
     st.builds(lambda a, b: Box(tuple(map(min, a, b)), tuple(map(max, a, b))), triples, triples),
     st.builds(Sphere, triples, above_zero),
     st.builds(Half, triples.filter(any), numbers),
-    st.builds(Colour, st.from_regex("#[0-9a-f]{6}", fullmatch=True), above_zero),
+    st.builds(Color, st.from_regex("#[0-9a-f]{6}", fullmatch=True), above_zero),
     st.builds(Height, lengths, st.none()),
     st.builds(Height, st.none(), lengths),
     st.builds(lambda low, high: Height(Length(low, True), Length(high)), numbers, numbers),
@@ -69,7 +69,7 @@ def test_the_text_of_a_part_is_that_part(where):
 
 
 TOKENS = [*"()',%-e1 \n\"", "and", "or", "not", "..", "nan", "1e999", "subject", "text:", "mask:", "part:"]
-TOKENS += ["sphere:", "height:", "colour:", "#ff0000", "box:0,0,0,1,1,1"]
+TOKENS += ["sphere:", "height:", "color:", "#ff0000", "box:0,0,0,1,1,1"]
 
 
 @settings(max_examples=150, deadline=None)

@@ -38,7 +38,7 @@ def stopped(opacities, own_areas, footprints, labels):
 
 
 def squared_distance(row, other, means, scales, axes):
-    """Squared Mahalanobis distance of a centre to another stroke, along the thinnest axis of the first."""
+    """Squared Mahalanobis distance of a center to another stroke, along the thinnest axis of the first."""
     unit = scales[other, 2] if scales[other, 2] > 0 else 1.0
     in_layer = axes[row][:, 1:].T
     factors = in_layer @ (axes[other] * (scales[other] / unit))

@@ -86,12 +86,12 @@ def strange_strokes():
 
 
 def colors_of(gaussians):
-    """[N, 3] view-independent colours, beyond the display range too."""
+    """[N, 3] view-independent colors, beyond the display range too."""
     return 0.5 + C0 * gaussians.sh[:, 0].astype(np.float64)
 
 
 def with_colors(gaussians, rgb):
-    """The same Gaussians in these base colours, their other terms kept."""
+    """The same Gaussians in these base colors, their other terms kept."""
     sh = gaussians.sh.copy()
     sh[:, 0] = (rgb - 0.5) / C0
     return replaced(gaussians, sh=sh)

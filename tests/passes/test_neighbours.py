@@ -1,4 +1,4 @@
-"""The nearest neighbours, and what hangs together by links, are those of SciPy."""
+"""The nearest neighbors, and what hangs together by links, are those of SciPy."""
 
 import numpy as np
 from scipy.sparse import coo_array

@@ -86,7 +86,7 @@ def test_visible_shares_are_those_of_the_twin(dtype, unit):
 
 @for_each("num", [1, 15, 16, 40, 48, 500])
 @for_each("dtype", SCALARS)
-def test_colour_detail_is_that_of_the_twin(num, dtype):
+def test_color_detail_is_that_of_the_twin(num, dtype):
     scene = random_gaussians(num).astype(dtype)
     order = morton_order(contracted(scene.means)[0])
     found = with_threads(lambda: [color_detail(scene)])[0]
@@ -122,7 +122,7 @@ def test_the_highest_weights_are_kept_and_of_equal_ones_the_first(count):
 
 
 def cover_of(scene, labels, visible, areas, finest):
-    """Means, covariances, opacities and colours by "cover", from kernels that have twins of their own."""
+    """Means, covariances, opacities and colors by "cover", from kernels that have twins of their own."""
     num = labels.max() + 1
     groups = Groups.of(labels, num)
     shares = moments_twin.shares_by_label(scene.opacities * areas, labels, num)

@@ -1,4 +1,4 @@
-"""Strokes go where views show something, and in the colours that are seen there."""
+"""Strokes go where views show something, and in the colors that are seen there."""
 
 from dataclasses import replace
 
@@ -65,7 +65,7 @@ def test_twice_the_focus_is_about_twice_the_strokes_there_and_the_same_total():
     assert 380 <= len(strokes) <= 400
 
 
-def test_the_seen_colour_of_a_thin_layer_is_that_of_what_shows_through():
+def test_the_seen_color_of_a_thin_layer_is_that_of_what_shows_through():
     scene = squares(far_side=(1, 0, 0))
     opacities = scene.opacities.copy()
     opacities[:1600] = 0.02
@@ -77,7 +77,7 @@ def test_the_seen_colour_of_a_thin_layer_is_that_of_what_shows_through():
     assert colors[inner, 1:].max() < 0.25
 
 
-def test_repainting_recovers_colours_that_were_lost():
+def test_repainting_recovers_colors_that_were_lost():
     scene = squares()
     views = bg.plain_views(scene, FRONT)
     strokes = replace(scene, sh=np.zeros_like(scene.sh))

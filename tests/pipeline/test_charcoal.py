@@ -63,8 +63,8 @@ def test_the_picture_has_the_range_of_a_drawing_and_the_masses_of_the_scene(pict
     assert correlation(picture) >= 0.82
 
 
-def test_masses_are_those_of_colours_as_the_view_shows_them():
-    """Of a scene that looks the same from here, but whose base colours are one grey."""
+def test_masses_are_those_of_colors_as_the_view_shows_them():
+    """Of a scene that looks the same from here, but whose base colors are one grey."""
     away = SCENE.means - CAMERA.position
     basis = sh_basis(away / np.linalg.norm(away, axis=1, keepdims=True), 1)[:, 1:]
     colors = base_colors(seen_from(SCENE, CAMERA.position).sh)

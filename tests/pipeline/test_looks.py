@@ -63,7 +63,7 @@ def test_an_empty_scene_is_the_bare_ground(name):
     [("oil", "views", 2.0**-10), ("charcoal", "off", 2.0**-10), ("watercolour", "off", 2.0**13)],
 )
 def test_a_painting_does_not_depend_on_the_unit_of_the_scene(name, see, unit):
-    # Variants of brushes and broken colour are hashes of places.
+    # Variants of brushes and broken color are hashes of places.
     of_places = {"brushes": BrushesConfig(), "strokes": {"broken_color": 0.0}}
     config = changed(config_of(name, see=see, stroke="flat"), **of_places)
     scene = replace(SCENE, means=SCENE.means * np.float32(unit), scales=SCENE.scales * np.float32(unit))
@@ -97,10 +97,10 @@ def test_plain_leaves_out_every_stage_and_module_of_looks(paintings):
     assert not of_looks & set(run.stdout.split())
     frame, report = paintings["plain"]
     assert frame.alpha.min() < 1
-    assert not {"ground", "backdrop", "lines", "light", "brushes", "colour"} & set(stages(report))
+    assert not {"ground", "backdrop", "lines", "light", "brushes", "color"} & set(stages(report))
 
 
-def test_relief_lights_and_leaves_colours_where_there_is_none():
+def test_relief_lights_and_leaves_colors_where_there_is_none():
     lit, unlit = (
         bg.paint(SCENE, changed(config_of("oil"), light=light), camera=CAMERA)
         for light in ({}, {"relief": 0.0})

@@ -65,12 +65,12 @@ def test_strokes_are_what_the_passes_make_one_by_one(seeing):
     assert_same(seeing.strokes, expected)
 
 
-def test_colours_are_broken_after_a_palette_is_taken(scene, folder):
+def test_colors_are_broken_after_a_palette_is_taken(scene, folder):
     save_opaque("a.png", np.random.default_rng(0).random((9, 12, 3)))
     config = replace(PAINT, palette=PaletteConfig(Path("a.png"), strength=0.5))
     found, order = strokes_of(scene, config)
     of_strokes = [name for name in order if name != "fields"]  # of their directions in pictures
-    assert of_strokes[-6:] == ["cluster", "solid", "direction", "repaint", "recolor", "broken colour"]
+    assert of_strokes[-6:] == ["cluster", "solid", "direction", "repaint", "recolor", "broken color"]
     unbroken, _ = strokes_of(scene, replace(config, strokes=StrokesConfig(broken_color=0.0)))
     assert_same(found.strokes, break_colors(unbroken.strokes, StrokesConfig().broken_color))
 
@@ -80,7 +80,7 @@ def test_every_pass_has_its_stage_and_says_why_it_is_skipped(scene):
         "solid": ["solid: --solid off"],
         "direction": [],
         "repaint": ["repaint: --see off"],
-        "broken colour": ["broken colour: --broken-color 0"],
+        "broken color": ["broken color: --broken-color 0"],
     }
     _, found = strokes_of(scene, with_strokes(see="off", solid=False, broken_color=0.0))
     assert "plain views" not in found

@@ -220,8 +220,8 @@ def test_options_are_those_of_a_still_or_of_a_path(scene, stroke, along_path, lo
     assert len(prepared.cameras) == (3 if along_path else 1)
 
 
-def test_a_palette_without_colours_is_refused(folder):
+def test_a_palette_without_colors_is_refused(folder):
     nothing = np.zeros((4, 4, 4), np.float32)
     bg.save(bg.Frame(nothing[..., :3], nothing[..., 3], nothing[..., 3]), "clear.png")
-    with pytest.raises(bg.SceneError, match=r"clear\.png: has no colours to take"):
+    with pytest.raises(bg.SceneError, match=r"clear\.png: has no colors to take"):
         open_palette(PaletteConfig(Path("clear.png")), Report())

@@ -324,12 +324,12 @@ def test_folders_and_patterns_are_numbered_files(folder, output, pattern):
         (
             "a.mp4",
             {"paint_config": config(background="transparent")},
-            r"must not be transparent in a\.mp4, .* choose a colour, or write a\.mov or a\.webm",
+            r"must not be transparent in a\.mp4, .* choose a color, or write a\.mov or a\.webm",
         ),
         (
             "f/%05d.jpg",
             {"paint_config": config(background="transparent")},
-            r"not be transparent in %05d\.jpg, .* no transparency; choose a colour, or write %05d\.png",
+            r"not be transparent in %05d\.jpg, .* no transparency; choose a color, or write %05d\.png",
         ),
     ],
 )

@@ -79,7 +79,7 @@ def test_every_kind_of_picture_is_written(scene, tmp_path, suffix):
     assert has_depth == (suffix == ".exr")
 
 
-def test_transparent_keeps_alpha_and_a_colour_or_a_picture_fills_it(scene, folder):
+def test_transparent_keeps_alpha_and_a_color_or_a_picture_fills_it(scene, folder):
     ground = np.zeros((10, 30, 3))
     ground[:, 15:] = 1  # left black, right white; the picture is narrower, so both ends are cut
     save_opaque("ground.png", ground)

@@ -30,7 +30,7 @@ LEAST = 0.002  # OKLab chroma that nobody sees
 SMALL = replace(
     LOOK,
     cluster=replace(LOOK.cluster, strokes=400),
-    strokes=replace(LOOK.strokes, see="off", edges=0),  # which look at colours and brushes
+    strokes=replace(LOOK.strokes, see="off", edges=0),  # which look at colors and brushes
     view=ViewConfig(size=(96, 72)),
 )
 

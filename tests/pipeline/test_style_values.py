@@ -65,7 +65,7 @@ def test_a_toned_ground_goes_from_its_tone_to_the_ground_of_the_style():
     np.testing.assert_allclose(lab(0.5), 0.5 * (start + oklab_of(MARKS.ground[None])[0]), atol=1e-9)
 
 
-def test_a_ground_of_one_colour_is_mixed_and_others_stay_as_do_counts_that_are_not_usual():
+def test_a_ground_of_one_color_is_mixed_and_others_stay_as_do_counts_that_are_not_usual():
     def values(look, share=1.0, **fields):
         return style_values([(style_of(**fields), share)], look)
 

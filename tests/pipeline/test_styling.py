@@ -119,7 +119,7 @@ def test_the_command_line_says_the_same(scene, place, folder, capsys):
         (["--style", "a.style:1.4"], "--style must have shares of 0 to 1, got 1.4; for 1.4 % write 0.014"),
         (["--style", ""], "--style must be FILE:SHARE"),
         (["--adjust", "saturation"], "--adjust must be brightness, contrast, saturation, temperature"),
-        (["--swap", "#123:#456"], "--swap must be two colours such as"),
+        (["--swap", "#123:#456"], "--swap must be two colors such as"),
     ],
 )
 def test_what_cannot_be_gets_one_sentence(scene, folder, capsys, words, sentence):

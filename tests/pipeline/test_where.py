@@ -26,7 +26,7 @@ def stored(scene):
 
 
 def assert_stored(found, expected):
-    """Means and colours to the bit; the file stores logarithms and logits of the rest."""
+    """Means and colors to the bit; the file stores logarithms and logits of the rest."""
     for name in GAUSSIAN_COLUMNS:
         atol = 0 if name in ("means", "sh") else 1e-7
         np.testing.assert_allclose(getattr(found, name), getattr(expected, name), rtol=10 * atol, atol=atol)

@@ -87,7 +87,7 @@ def test_without_its_style_a_file_is_painted_in_the_look_and_says_so(folder, tmp
 
 @for_each("how", [(), ("--palette", "painting.png")])
 def test_outside_a_region_rows_of_a_file_of_strokes_stay_as_they_were(folder, tmp_path, how):
-    """Places, rotations and colours bit for bit; sizes and opacities are written as logarithms once more."""
+    """Places, rotations and colors bit for bit; sizes and opacities are written as logarithms once more."""
     path, how = tmp_path / "strokes.ply", [str(folder / word) if "." in word else word for word in how]
     assert cli.main(["cluster", str(folder / "scene.ply"), "--strokes", "150", "-o", str(path)]) == 0
     shutil.copy(path, folder / "strokes.ply")
@@ -122,18 +122,18 @@ def test_the_style_of_an_edit_is_refused(folder, capsys):
     write_style(example.edit(), folder / "edit.style")
     assert refine(folder, folder / "e.ply", style="edit.style") == 2
     error = capsys.readouterr().err.strip().splitlines()[-1]
-    assert "edit.style was learnt from an edit" in error or "edit.style: was learnt from an edit" in error
+    assert "edit.style was learned from an edit" in error or "edit.style: was learned from an edit" in error
     assert not (folder / "e.ply").exists()
 
 
 def test_a_painting_is_learnt_again_from_what_its_style_paints(folder, tmp_path):
     style = read_style(folder / "out.style")  # that of the painting
-    learnt, picture = style.marks, painted(style)
+    learned, picture = style.marks, painted(style)
     assert picture.shape == (SIZE[1], SIZE[0], 3)
     np.testing.assert_array_equal(picture, painted(style))
     mean = style.palette.weights @ np.clip(style.palette.samples, 0, 1)
     assert np.abs(picture.mean(axis=(0, 1)) - mean).max() < 0.08
     bg.save(bg.Frame(picture, np.ones(picture.shape[:2], np.float32), None), tmp_path / "again.png")
     again = open_style(tmp_path / "again.png").style.marks
-    assert again.length == pytest.approx(learnt.length, rel=0.4)
-    assert again.aspect > 0.5 * learnt.aspect
+    assert again.length == pytest.approx(learned.length, rel=0.4)
+    assert again.aspect > 0.5 * learned.aspect

@@ -85,7 +85,7 @@ def test_there_are_no_more_marks_than_asked_for(most):
     assert len(nothing) == len(parents) == 0
 
 
-def test_a_mark_ends_where_another_colour_begins():
+def test_a_mark_ends_where_another_color_begins():
     strokes, half = wall(400, 0.04), 60.0
     behind = [wall(900, 0.03, color) for color in ((0.9, 0.9, 0.9), (0.1, 0.1, 0.1))]
     sides = [one.take(one.means[:, 0] * sign > 0) for one, sign in zip(behind, (-1, 1), strict=True)]

@@ -30,13 +30,13 @@ def test_what_is_thin_pays_and_what_is_round_does_not():
     assert float(roundness(thin, 5.0)) == pytest.approx(np.log(20) ** 2, rel=1e-5)
 
 
-def test_a_plain_colour_does_not_vary():
+def test_a_plain_color_does_not_vary():
     assert float(total_variation(torch.full((5, 6, 3), 0.3))) == 0
     steps = torch.arange(6.0)[None, :, None].expand(5, 6, 3)
     assert float(total_variation(steps)) == pytest.approx(1)
 
 
-def test_colours_of_the_target_mean_and_covariance_have_distance_zero():
+def test_colors_of_the_target_mean_and_covariance_have_distance_zero():
     rgb, _ = pair()
     alpha = torch.rand(rgb.shape[:2], dtype=torch.float64) * 0.9 + 0.1
     points, weights = rgb.reshape(-1, 3).numpy(), alpha.reshape(-1).numpy()

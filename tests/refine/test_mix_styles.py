@@ -1,4 +1,4 @@
-"""Several styles for `refine --style`: colours in their shares, means of marks, brushes of all."""
+"""Several styles for `refine --style`: colors in their shares, means of marks, brushes of all."""
 
 from dataclasses import replace
 

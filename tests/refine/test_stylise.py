@@ -1,4 +1,4 @@
-"""Strokes toward a style image: the loss falls, colours and directions follow, and nothing else moves."""
+"""Strokes toward a style image: the loss falls, colors and directions follow, and nothing else moves."""
 
 import json
 
@@ -102,7 +102,7 @@ def refine(files, tmp_path, *options, style="painting.png"):
     return code, bg.load(output) if output.exists() else None
 
 
-def test_the_loss_falls_and_the_colours_come_nearer(styled, strokes, views, drawing, painting):
+def test_the_loss_falls_and_the_colors_come_nearer(styled, strokes, views, drawing, painting):
     after, curve = styled(steps=30)
     losses = 10 ** (-np.array(curve.scores) / 10)
     assert losses.min() < 0.75 * losses[0]  # measured 0.58 in 40 steps
@@ -111,7 +111,7 @@ def test_the_loss_falls_and_the_colours_come_nearer(styled, strokes, views, draw
 
 
 def away(strokes, views, drawing, painting):
-    """How far the mean and the deviations of the colours of pictures are from those of the painting."""
+    """How far the mean and the deviations of the colors of pictures are from those of the painting."""
     frames = [drawing.frame(strokes, view.camera) for view in views]
     shown = [frame.rgb[frame.alpha > 0.5] / frame.alpha[frame.alpha > 0.5, None] for frame in frames]
     own, wanted = np.concatenate(shown).clip(0, 1), painting.reshape(-1, 3)
@@ -149,7 +149,7 @@ def directions_of(picture, alpha):
 
 
 def level_strokes(painting):
-    """A wall of level strokes, in colours of the painting."""
+    """A wall of level strokes, in colors of the painting."""
     rng = np.random.default_rng(0)
     num = 250
     means = np.column_stack([rng.uniform(-1.4, 1.4, num), rng.uniform(-1, 1, num), np.linspace(0, 0.1, num)])
@@ -163,7 +163,7 @@ def level_strokes(painting):
     )
 
 
-def test_only_colours_move_where_nothing_else_may(styled, strokes):
+def test_only_colors_move_where_nothing_else_may(styled, strokes):
     after, curve = styled("color", steps=6)
     for name in ("means", "quats", "scales", "opacities"):
         assert np.array_equal(getattr(after, name), getattr(strokes, name))

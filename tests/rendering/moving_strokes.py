@@ -1,4 +1,4 @@
-"""Strokes that move, for tests: each by a rigid motion of its own around its centre."""
+"""Strokes that move, for tests: each by a rigid motion of its own around its center."""
 
 import numpy as np
 
@@ -23,7 +23,7 @@ def turn_about(axes, angles) -> np.ndarray:
 
 
 def motion_of(strokes: Gaussians, turns, *, shifts=None, sizes=None, opacities=None) -> StrokeMotion:
-    """Of strokes with ascending ids: `turns` [T, N, 4] about their centres, and `shifts` [T, N, 3]."""
+    """Of strokes with ascending ids: `turns` [T, N, 4] about their centers, and `shifts` [T, N, 3]."""
     turns = np.asarray(turns, np.float64)
     table = new_table(len(turns), len(strokes))
     for t in range(1, len(turns)):  # one half of the sphere, as motions have it

@@ -134,7 +134,7 @@ def texture_of(kind: str) -> StrokeTexture:
 
 
 def rainbow(rows: int = 12, columns: int = 30, seed: int = 0) -> StrokeTexture:
-    """A brush with smooth coverage and colours that differ much."""
+    """A brush with smooth coverage and colors that differ much."""
     g = np.random.default_rng(seed)
     v, u = np.mgrid[:rows, :columns] / np.reshape((rows, columns), (2, 1, 1))
     coverage = np.rint(255 * np.clip(1.3 * np.sin(np.pi * u) * np.sin(np.pi * v), 0, 1)).astype(np.uint8)

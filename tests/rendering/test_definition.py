@@ -156,7 +156,7 @@ def test_a_stroke_image_appears_upright_at_angle_zero_and_turns_with_the_angle()
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_a_box_paints_the_pixel_centres_inside_it(dtype):
-    """About a pixel corner centres lie at +-0.5, +-1.5, ...; of one on the outline rounding decides."""
+    """About a pixel corner centers lie at +-0.5, +-1.5, ...; of one on the outline rounding decides."""
     for half, sides in {1.6: (4,), 2.0: (4,), 2.4: (4,), 2.5: (4, 5, 6), 2.6: (6,), 3.0: (6,)}.items():
         for quarters in range(4):
             boxes = boxes_of([[8, 8]], half, angles=quarters * np.pi / 2, dtype=dtype)

@@ -39,7 +39,7 @@ def test_values_stay_in_range(seed, path, dtype):
     assert frame.alpha.min() >= 0
     assert frame.alpha.max() <= 1 - 0.9e-4  # a pixel is finished before less shines through
     assert frame.rgb.min() >= 0
-    assert (frame.rgb <= frame.alpha[..., None] + 1e-6).all()  # colours here are at most 1
+    assert (frame.rgb <= frame.alpha[..., None] + 1e-6).all()  # colors here are at most 1
     seen = frame.alpha > 0
     assert not frame.depth[~seen].any()
     assert not frame.rgb[~seen].any()
@@ -83,7 +83,7 @@ def test_moving_scene_and_camera_together_changes_nothing(seed, path):
 @settings(max_examples=20, deadline=None)
 @given(seed=SEEDS, path=st.sampled_from(["bilinear", "nearest", "gaussian", "ellipse"]))
 def test_tripling_the_picture_triples_every_length(seed, path):
-    """By three, so that each third pixel centre stays; the mip filter is meant to differ."""
+    """By three, so that each third pixel center stays; the mip filter is meant to differ."""
     kind, filter = PATHS[path]
     boxes = random_boxes(60, 50, 30, seed=seed, sizes=(2, 20))
     larger = replace(boxes, centers=boxes.centers * 3, half_extents=boxes.half_extents * 3)

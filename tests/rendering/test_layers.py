@@ -52,7 +52,7 @@ def look_of(name):
 
 
 def flattened(deep):
-    """Colour and alpha of samples laid over each other, front to back."""
+    """Color and alpha of samples laid over each other, front to back."""
     pixels = deep.height * deep.width
     rgb, light = np.zeros((pixels, 3)), np.ones(pixels)
     counts = np.diff(deep.starts)

@@ -1,4 +1,4 @@
-"""Looks of paint beside the definition: underpaint, streaks, glazes, coloured brushes, the depth test."""
+"""Looks of paint beside the definition: underpaint, streaks, glazes, colored brushes, the depth test."""
 
 from dataclasses import replace
 
@@ -169,7 +169,7 @@ def test_streaks_fade_before_bristles_get_as_narrow_as_a_pixel():
 # Glazes
 
 
-def test_a_glaze_lets_its_colour_to_the_power_of_alpha_through():
+def test_a_glaze_lets_its_color_to_the_power_of_alpha_through():
     colors = [(0.5, 0.25, 1.0), (0.9, 0.5, 0.125)]
     boxes = boxes_of([(4, 4), (4, 4)], 100.0, colors=colors, opacities=[0.5, 0.25])
     frame = rasterize(boxes, SOLID, width=8, height=8, blend="glaze")
@@ -191,7 +191,7 @@ def test_very_many_dark_glazes_are_black_and_finite(dtype):
 # Brushes
 
 
-def test_a_colour_that_is_nowhere_different_changes_no_bit():
+def test_a_color_that_is_nowhere_different_changes_no_bit():
     grey = bristles()
     coverage = grey.coverage
     even = replace(grey, tint=Tint.of(np.full((*coverage.shape, 3), 0.3), coverage))
@@ -201,7 +201,7 @@ def test_a_colour_that_is_nowhere_different_changes_no_bit():
     np.testing.assert_array_equal(one.alpha, other.alpha)
 
 
-def test_an_image_keeps_its_colours_where_that_is_asked_for():
+def test_an_image_keeps_its_colors_where_that_is_asked_for():
     picture = np.ones((10, 30, 4), np.float32)
     picture[:5, :, :3], picture[5:, :, :3] = (1, 0, 0), (0, 0, 1)
     picture[:, :3, 3] = 0

@@ -19,7 +19,7 @@ FLAT = StrokeTexture.open("flat")
 
 
 def strokes_of(n=6, dtype=np.float64, **columns):
-    """Strokes in colours that do not clip."""
+    """Strokes in colors that do not clip."""
     strokes = random_gaussians(n, terms=4, dtype=dtype)
     return replace(strokes, sh=(0.1 * strokes.sh).astype(dtype), **columns)
 
@@ -51,7 +51,7 @@ def test_a_pose_moves_strokes_as_one_body_around_the_pivot(dtype):
     np.testing.assert_allclose(coat.nested.gaps, strokes.means @ R.T, atol=1e-5)
 
 
-def test_opacity_is_a_factor_and_colour_is_added():
+def test_opacity_is_a_factor_and_color_is_added():
     strokes = with_ids(strokes_of(2, opacities=np.array([0.8, 0.4])))
     pose = at_rest([0, 1])
     pose.numbers[:, OPACITY] = 0.5, 4

@@ -2,7 +2,7 @@
 
 It shares no code and no author with this one, so it vouches for what a definition of our own cannot:
 quaternion order, axes, handedness, spherical harmonics, low-pass, depth order. What differs by design:
-Open3D answers in 8 bits, holds colours to at most 1, cuts a Gaussian at sqrt(8) = 2.83 standard
+Open3D answers in 8 bits, holds colors to at most 1, cuts a Gaussian at sqrt(8) = 2.83 standard
 deviations (ours ends at 3, where it is 0.011), and reads spherical harmonics up to degree 2. Scenes here
 stay inside that. It does not draw a Gaussian exactly on the optical axis, so none lies there.
 """
@@ -79,7 +79,7 @@ def mean_off(picture: np.ndarray, other: np.ndarray) -> float:
 
 
 def tame_scene(n: int = 300, sizes=(0.01, 0.2), degree: int = 2) -> Gaussians:
-    """Colours between 0 and 1 from every side."""
+    """Colors between 0 and 1 from every side."""
     g = np.random.default_rng(0)
     return Gaussians(
         g.normal(size=(n, 3)) * 0.6,

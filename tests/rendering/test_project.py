@@ -264,7 +264,7 @@ def test_any_number_of_threads_gives_the_same_bits(dtype):
         assert_identical(project(scene, FRONT, num_threads=num_threads), one)
 
 
-# Colour
+# Color
 
 
 def harmonics(directions: np.ndarray, degree: int) -> np.ndarray:
@@ -348,7 +348,7 @@ def test_a_box_is_outside_only_if_its_upright_rectangle_is(side, axis, gap, num_
     assert len(reference.project(needle, FRONT, low_pass=0.0)) == num_boxes
 
 
-def test_colours_are_cut_at_zero_but_not_at_one():
+def test_colors_are_cut_at_zero_but_not_at_one():
     for value, color in ((-10.0, 0.0), (10.0, 0.5 + 10 * 0.28209479177387814)):
         scene = replace(single(), sh=np.full((1, 1, 3), value))
         np.testing.assert_allclose(project(scene, FRONT).colors, color)

@@ -36,7 +36,7 @@ from tests.scenes import still_life_of
 
 
 @for_each("softness", [None, 0.0, 3.0])
-def test_two_strokes_add_their_heights_by_the_weights_of_their_colours(softness):
+def test_two_strokes_add_their_heights_by_the_weights_of_their_colors(softness):
     boxes = boxes_of([[5.5, 5.5]] * 2, 5, opacities=[0.6, 0.7], colors=[[1, 0, 0], [0, 1, 0]])
     boxes = replace(boxes, reliefs=np.array([[2.0, 0.0], [3.0, 8.0]]))
     if softness is not None:
@@ -134,7 +134,7 @@ def test_lights_are_thick_and_darks_thin_by_their_place_between_those_of_the_pai
 @for_each(
     ("name", "value"), [("scales", 0.0), ("scales", 1e20), ("opacities", 0.0), ("sh", 1e6), ("sh", -1e6)]
 )
-def test_strokes_of_any_size_and_colour_have_a_relief_by_light(name, value):
+def test_strokes_of_any_size_and_color_have_a_relief_by_light(name, value):
     strokes = SCENE.take(np.s_[:50])
     strokes = replace(strokes, **{name: np.full_like(getattr(strokes, name), value)})
     for some in (strokes, strokes.take(np.s_[:1]), strokes.take(np.s_[:0])):

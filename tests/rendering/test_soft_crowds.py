@@ -54,7 +54,7 @@ def painted(boxes: Boxes, **options) -> Frame:
 
 
 def error_of(boxes: Boxes, **options) -> float:
-    """Largest difference from the definition in colour and alpha."""
+    """Largest difference from the definition in color and alpha."""
     actual, expected = painted(boxes, **options), reference.rasterize(boxes, ridges(), **SIZE, **options)
     for plane in (actual.rgb, actual.alpha, actual.depth):
         assert np.isfinite(plane).all()
@@ -81,7 +81,7 @@ def test_crowds_are_as_defined_to_half_a_step_of_eight_bits(opacities, softness,
     alternates=st.booleans(),
 )
 def test_any_mixture_of_faint_and_full_paint_is_as_defined(seed, n, spread, least_softness, alternates):
-    """Also where colours alternate from stroke to stroke: merging neighbours would show most there."""
+    """Also where colors alternate from stroke to stroke: merging neighbors would show most there."""
     g = np.random.default_rng(seed)
     boxes = crowd(n, spread=spread, seed=seed)
     colors = np.tile([[1.0, 0, 0], [0, 0, 1]], (n, 1))[:n] if alternates else boxes.colors

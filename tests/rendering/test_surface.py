@@ -87,7 +87,7 @@ def test_any_size_has_a_surface(name, width, height):
         assert np.isfinite(array).all()
 
 
-def test_a_flat_board_has_nothing_but_its_colour():
+def test_a_flat_board_has_nothing_but_its_color():
     picture = np.random.default_rng(0).uniform(0, 1, (5, 7, 3)).astype(np.float32)
     board = flat(picture, height=5, width=7)
     np.testing.assert_array_equal(board.rgb, picture)

@@ -35,7 +35,7 @@ def test_together_they_are_the_alpha_of_the_picture(antialiased):
     assert visible_areas(scene, CAMERA).sum() == pytest.approx(frame.alpha.sum(dtype=np.float64), rel=1e-5)
 
 
-def test_one_more_unit_of_colour_brightens_the_picture_by_that_area():
+def test_one_more_unit_of_color_brightens_the_picture_by_that_area():
     scene, areas = ball(), visible_areas(ball(), CAMERA)
     for row in np.argsort(areas)[[-1, -50, -400]]:
         sh = scene.sh.copy()
@@ -62,14 +62,14 @@ def test_what_is_hidden_or_outside_or_behind_the_camera_has_none():
 @for_each("num_threads", [1, 2])
 @for_each("kernel", ["gaussian", "ellipse"])
 @for_each("dtype", [np.float32, np.float64])
-def test_sums_are_the_derivative_of_a_picture_by_its_colours_and_depths(dtype, kernel, num_threads):
+def test_sums_are_the_derivative_of_a_picture_by_its_colors_and_depths(dtype, kernel, num_threads):
     camera = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=101, height=70)  # tiles and blocks are cut
     kernel = bg.StrokeTexture.open(kernel)
     boxes = bg.project(ball().astype(dtype), camera)
     picture = np.random.default_rng(1).normal(size=(70, 101, 4)).astype(dtype)
     values, shares = np.ascontiguousarray(picture[..., :3]), np.ascontiguousarray(picture[..., 3])
     sums, areas = painted_sums(boxes, kernel, values, shares, num_threads=num_threads)
-    # With an alpha of 1 a layer is a sum by weights, as a colour is.
+    # With an alpha of 1 a layer is a sum by weights, as a color is.
     flat = bg.Frame(np.zeros_like(values), np.ones_like(shares), np.zeros_like(shares))
     expected = rasterize_backward(boxes, kernel, flat, values, v_layers={"depth": shares})
     np.testing.assert_array_equal(sums, expected.colors)

@@ -43,7 +43,7 @@ def depths(height: int, width: int) -> np.ndarray:
 
 
 def painted(height: int, width: int, dtype=np.float32) -> Frame:
-    """A disc of two colours before nothing."""
+    """A disc of two colors before nothing."""
     y, x = np.mgrid[:height, :width] / max(height, width) * 2 - 1
     alpha = np.clip((0.8 - np.hypot(x + 0.1, y + 0.3)) * 8, 0, 1)
     colors = (

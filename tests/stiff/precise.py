@@ -35,7 +35,7 @@ class Exact:
     colors: np.ndarray  # [N, 3]
     opacities: np.ndarray  # [N]
     axes: np.ndarray  # [N, 2] deviations of the ellipse, the longer first, pixels
-    shade_size: np.ndarray  # [N, 3] sum of |coefficient x basis|: rounding of a colour is relative to it
+    shade_size: np.ndarray  # [N, 3] sum of |coefficient x basis|: rounding of a color is relative to it
 
 
 def exact(
@@ -143,8 +143,8 @@ def faded(depths, half_extents, longer, camera: Camera, low_pass: float) -> np.n
 
 @dataclass(frozen=True)
 class Errors:
-    """Worst over the boxes. Relative, but `angle`: radians off, weighed by what a turn moves; centres:
-    pixels off over pixels from the middle of the picture or half extents, whichever is more; colours over
+    """Worst over the boxes. Relative, but `angle`: radians off, weighed by what a turn moves; centers:
+    pixels off over pixels from the middle of the picture or half extents, whichever is more; colors over
     the size of what was summed.
     """
 

@@ -119,7 +119,7 @@ SCENES: dict[str, Stiff] = {
     "N = 0": Stiff(BASE.take(slice(0, 0)), orbit(), "dropped"),
     "N = 1": Stiff(scene(means=0).take(slice(0, 1)), orbit()),
     "N = 2": Stiff(scene(means=0).take(slice(0, 2)), orbit()),
-    "all colours equal": Stiff(scene(sh=0), orbit()),
+    "all colors equal": Stiff(scene(sh=0), orbit()),
     "all positions equal": Stiff(scene(means=0), orbit()),
     **{f"degree {d}": Stiff(random_scene(degree=d), orbit()) for d in range(4)},
     # More of the kind
@@ -134,7 +134,7 @@ SCENES: dict[str, Stiff] = {
     "some scales of the largest float": Stiff(scene(scales=some(LARGEST)), orbit()),
     "means of the largest float": Stiff(scene(means=lambda m: np.sign(m) * LARGEST), orbit(), "finite"),
     "some means of the largest float": Stiff(scene(means=some(LARGEST)), orbit()),
-    "colours of the largest float": Stiff(scene(sh=lambda s: np.sign(s) * LARGEST), orbit(), "finite"),
+    "colors of the largest float": Stiff(scene(sh=lambda s: np.sign(s) * LARGEST), orbit(), "finite"),
     "quaternions of the smallest float": Stiff(scene(quats=lambda q: np.sign(q) * SMALLEST), orbit()),
     "quaternions of the largest float": Stiff(scene(quats=lambda q: np.sign(q) * LARGEST), orbit()),
     "1e-30 wide": resized(1e-30),

@@ -67,9 +67,9 @@ ROUNDED = ("length", "width", "center", "depth", "opacity")
 def test_boxes_are_right_to_a_millionth_of_the_promise_and_those_of_float32_rounded(aspect, kind, lock):
     """The promise is 1e-4 of each extent and 1e-4 radians up to an aspect ratio of 1e5.
 
-    Measured up to 1e8: 1e-12 of each extent, 2e-14 radians, 6e-15 of depths and centres, 1e-15 of colours;
+    Measured up to 1e8: 1e-12 of each extent, 2e-14 radians, 6e-15 of depths and centers, 1e-15 of colors;
     opacities of strokes that have almost faded 6e-12. At 1e12: 2e-8 of the shorter extent, the rest alike.
-    Of float32 half a unit in the last place; angles by theirs (up to pi: 1.2e-7). Colours, which alone are
+    Of float32 half a unit in the last place; angles by theirs (up to pi: 1.2e-7). Colors, which alone are
     computed in float32: 2.4e-7 of what is summed.
     """
     single, errors = (

@@ -86,7 +86,7 @@ def test_nine_hundred_thousand_all_zero_rows_beside_a_scene(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    "fault", ["linear scales", "opacities as they are", "xyzw quaternions", "colours to 255"]
+    "fault", ["linear scales", "opacities as they are", "xyzw quaternions", "colors to 255"]
 )
 def test_columns_in_another_encoding_are_loaded_and_painted_finite(tmp_path: Path, fault):
     """What is meant cannot be known here: `brushgs doctor` names it and cures it when asked."""

@@ -58,7 +58,7 @@ def test_merged_scales_end_at_the_largest_number_of_the_type(merge):
 
 
 def test_many_equal_gaussians_are_clustered_as_fast_as_others():
-    """With equal centres in the tree each query visited all of them: 900,000 rows took a minute."""
+    """With equal centers in the tree each query visited all of them: 900,000 rows took a minute."""
     one = scene().take(slice(0, 1)).astype(np.float32)
     equal = one.take(np.zeros(40_000, int))
     apart = equal.means + np.random.default_rng(0).normal(size=(40_000, 3)).astype(np.float32)

@@ -41,7 +41,7 @@ def test_a_picture_of_8192_by_8192_has_its_strokes_where_they_belong(order):
         alone = rasterize(window, bristles(), height=64, width=64)
         part = frame.rgb[y : y + 64, x : x + 64]
         assert part.any()
-        # 8192 pixels away float32 centres lie 5e-4 off.
+        # 8192 pixels away float32 centers lie 5e-4 off.
         np.testing.assert_allclose(part, alone.rgb, atol=2e-3)
     middle = frame.alpha[1000:1100, 1000:1100]
     assert 0 < np.count_nonzero(middle) < 600  # the long stroke passes here, two pixels wide
@@ -65,7 +65,7 @@ def test_strips_of_a_picture_are_the_picture():
 @for_each("dtype", [np.float32, np.float64])
 @for_each("path", PATHS)
 def test_boxes_of_any_finite_numbers_are_painted_finite(path, dtype):
-    """Places, extents, angles, depths, colours, softness and setbacks from the smallest to the largest
+    """Places, extents, angles, depths, colors, softness and setbacks from the smallest to the largest
     float32, at random.
     """
     kind, filter = PATHS[path]

@@ -29,7 +29,7 @@ class Own(Options, frozen=True):
     formats: Annotated[bool, option("list the formats of files that are read and written, also those that "
         "other packages add; no file is needed #plugin #types", action="formats")] = False
     in_words: Annotated[bool, option("say in words what is seen of the scene, or of the strokes of a file: "
-        "colours, light, marks, each with its figure; computed from colours and shapes by thresholds, not "
+        "colors, light, marks, each with its figure; computed from colors and shapes by thresholds, not "
         "by a language model", flag="--words")] = False
     # fmt: on
 

@@ -1,4 +1,4 @@
-"""`brushgs recolor`: write a scene in the colours of a picture."""
+"""`brushgs recolor`: write a scene in the colors of a picture."""
 
 from argparse import ArgumentParser, Namespace
 
@@ -13,7 +13,7 @@ def add_flags(parser: ArgumentParser) -> None:
     flags.add_scene(parser)
     flags.add_scene_output(parser, "recolored")
     flags.add(parser, "palette", required=True)
-    flags.add_where(parser, "change colours only in this part")
+    flags.add_where(parser, "change colors only in this part")
     flags.add(parser, flags.ReportFlags)
     flags.add(parser, flags.CacheFlag)
 

@@ -19,7 +19,7 @@ class Own(Options, frozen=True):
 
     # fmt: off
     action: Annotated[str, option("learn a style and write it to a file, or show a style file; words are "
-        "computed by thresholds on colours and marks, not by a language model", flag="action",
+        "computed by thresholds on colors and marks, not by a language model", flag="action",
         default="", metavar="learn|show", choices=("learn", "show"))] = "learn"
     file: Annotated[Path | None, option("painting to learn from: {pictures}; or "
         f"file *{STYLE_SUFFIX} to show", flag="file", default="", nargs="?")] = None

@@ -366,7 +366,7 @@ void def_levels(nb::module_& m) {
              "pairs: L arrays of texels, each [rows * columns + 1], see raster.hpp; sizes: [L, 2] columns and rows; "
              "reaches: [L, 2] half extents along u and v in those of the box; of_box: [M] row of these, or [0] where "
              "all boxes use the first; pairs_with_height: L, or none where pictures have no height; tints: L arrays or "
-             "None, each [(rows + 1) * columns + 1], or none where no brush is coloured; tint_steps: [L] or [0].");
+             "None, each [(rows + 1) * columns + 1], or none where no brush is colored; tint_steps: [L] or [0].");
 }
 
 template <class T, class Array>
@@ -895,7 +895,7 @@ void def_wet(nb::module_& m) {
           "Smooth planes [H, W, 1 or 3] in place, held back by the steps of a guide [H, W, 3], see wet.hpp.");
     m.def("key_colors", &key_colors<T>, nb::kw_only(), "rgb"_a.noconvert(), "alpha"_a.noconvert(), "low"_a, "high"_a,
           "darkest"_a, "gamma"_a, "chroma"_a, "solid"_a, "num_threads"_a, "keyed"_a.noconvert(),
-          "Write the colours [H, W, 3] of a picture as those of a watercolour on white, see wet.hpp.");
+          "Write the colors [H, W, 3] of a picture as those of a watercolour on white, see wet.hpp.");
     m.def("part_washes", &part_washes<T>, nb::kw_only(), "coarse"_a.noconvert(), "middle"_a.noconvert(),
           "fine"_a.noconvert(), "noise"_a.noconvert(), "numbers"_a.noconvert(), "num_threads"_a,
           "densities"_a.noconvert(), "means"_a.noconvert(), "tones"_a.noconvert(),

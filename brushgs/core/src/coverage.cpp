@@ -15,7 +15,7 @@ constexpr std::size_t kRowsPerItem = 256;
 constexpr double kFarthest = 1e6;    // standard deviations; larger distances are clipped
 constexpr double kRoundOff = 1e-12;  // of the squared area of a needle seen end-on
 
-// Squared Mahalanobis distance of the centre of a stroke to another one, seen along the thinnest axis of the first.
+// Squared Mahalanobis distance of the center of a stroke to another one, seen along the thinnest axis of the first.
 double squared_distance(const Coverage& query, std::size_t row, std::size_t other) {
     const double longest = query.scales[3 * other + 2], unit = longest > 0 ? longest : 1;
     const double* own = query.axes + 9 * row;

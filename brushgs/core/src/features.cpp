@@ -25,7 +25,7 @@ double base_color(const T* sh, std::size_t channel) {
     return std::clamp(0.5 + kBand0 * static_cast<double>(sh[channel]), 0.0, 1.0);
 }
 
-// Standard deviation of the base colours of some rows.
+// Standard deviation of the base colors of some rows.
 template <class T>
 double deviation(const T* sh, std::size_t stride, const std::uint32_t* rows, std::size_t count) {
     double means[3] = {}, squares = 0;

@@ -62,7 +62,7 @@ struct Members {
     }
 
     // Positions in units of the members' span in that direction. The mean square of the group is kept, and with it the
-    // weight of positions against colours.
+    // weight of positions against colors.
     void scale_by_spans() {
         double between[9], metric[9] = {}, directions[9], factors[9] = {};
         mean_products(3, between);
@@ -171,7 +171,7 @@ void halve_all(const Halving<T>& halving) {
 
 template <class T>
 void halve_groups(const Halving<T>& halving) {
-    constexpr std::size_t still = 9;  // position, scales and colour
+    constexpr std::size_t still = 9;  // position, scales and color
     halving.num_features == still ? halve_all<T, still>(halving) : halve_all<T, 0>(halving);
 }
 

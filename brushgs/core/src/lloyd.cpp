@@ -1,5 +1,5 @@
 // The k-d tree is searched for every point only in the first round of the start: afterwards a point is compared with
-// the centres around its previous centre, see reassign.cpp. A step over 1.2 million points in 7000 clusters then takes
+// the centers around its previous center, see reassign.cpp. A step over 1.2 million points in 7000 clusters then takes
 // 1/7 of the time.
 #include "brushgs/lloyd.hpp"
 
@@ -18,14 +18,14 @@ namespace brushgs {
 
 namespace {
 
-constexpr double kStartRounds[] = {0.4, 0.3, 0.3};  // shares of the centres; ten rounds give no lower inertia
+constexpr double kStartRounds[] = {0.4, 0.3, 0.3};  // shares of the centers; ten rounds give no lower inertia
 constexpr std::size_t kNumStartRounds = std::size(kStartRounds);
-constexpr std::size_t kMoreRounds = 8;  // at most, to replace duplicate centres of earlier rounds, of equal points
+constexpr std::size_t kMoreRounds = 8;  // at most, to replace duplicate centers of earlier rounds, of equal points
 constexpr std::size_t kOneByOne = 32;   // up to this number each gets its own round: few must not share an island
 
 constexpr std::size_t kRowsPerItem = 1 << 15;
 
-// The centre nearest to each point, and what is to be known of the points of each centre.
+// The center nearest to each point, and what is to be known of the points of each center.
 struct Assigned {
     std::vector<double> centers;  // [k, D]
     Nearest nearest;
@@ -35,7 +35,7 @@ struct Assigned {
     std::size_t count(const WeightedPoints& points) const { return centers.size() / points.num_dimensions; }
 };
 
-// Points by their nearest centre.
+// Points by their nearest center.
 struct Members {
     Members(const WeightedPoints& points, const Assigned& found)
         : rows(make_buffer<std::int32_t>(points.num_points)), begins(found.count(points) + 1) {
@@ -81,7 +81,7 @@ std::vector<std::uint32_t> systematic_sample(const std::vector<double>& mass, st
     return rows;
 }
 
-// The points of these rows without repetitions, in order: a k-d tree cannot separate equal centres, and each query
+// The points of these rows without repetitions, in order: a k-d tree cannot separate equal centers, and each query
 // would visit all.
 std::vector<double> distinct_points(const WeightedPoints& points, const std::vector<std::uint32_t>& rows) {
     const std::size_t width = points.num_dimensions;
@@ -111,7 +111,7 @@ Nearest nearest_of(const WeightedPoints& points, const std::vector<double>& cent
                          .num_threads = num_threads});
 }
 
-// Adds centres, and brings what is nearest up to date.
+// Adds centers, and brings what is nearest up to date.
 void add_centers(const WeightedPoints& points, const std::vector<double>& fresh, int num_threads, Assigned& found) {
     if (found.centers.empty()) {
         found.nearest = nearest_of(points, fresh, num_threads);
@@ -127,7 +127,7 @@ void add_centers(const WeightedPoints& points, const std::vector<double>& fresh,
     found.centers.insert(found.centers.end(), fresh.begin(), fresh.end());
 }
 
-// How many centres there are to be after each round.
+// How many centers there are to be after each round.
 std::vector<std::size_t> targets(std::size_t num_clusters) {
     const bool is_few = num_clusters <= kOneByOne;
     const std::size_t num_rounds = is_few ? num_clusters : kNumStartRounds;
@@ -141,7 +141,7 @@ std::vector<std::size_t> targets(std::size_t num_clusters) {
     return counts;
 }
 
-// First centres, and the result of `nearest_of` with them.
+// First centers, and the result of `nearest_of` with them.
 Assigned start(const WeightedPoints& points, std::size_t num_clusters, const double* draws, int num_threads) {
     Assigned found;
     std::vector<double> mass(points.weights, points.weights + points.num_points);
@@ -157,7 +157,7 @@ Assigned start(const WeightedPoints& points, std::size_t num_clusters, const dou
     return found;
 }
 
-// Weighted means of the points by centre; centres without points go to the largest errors.
+// Weighted means of the points by center; centers without points go to the largest errors.
 std::vector<double> means_of(const WeightedPoints& points, const Members& members, const std::vector<double>& errors,
                              int num_threads) {
     const std::size_t num = members.begins.size() - 1, width = points.num_dimensions;

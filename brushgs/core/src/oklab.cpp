@@ -21,7 +21,7 @@ float product(const float* row, const float* values) {
     return row[0] * values[0] + row[1] * values[1] + row[2] * values[2];
 }
 
-// Writes the three numbers of a colour at a distance of `stride`.
+// Writes the three numbers of a color at a distance of `stride`.
 void write_oklab(const OklabTables& tables, const float* rgb, float* lab, std::size_t stride) {
     float linear[3], roots[3];
     for (std::size_t k = 0; k < 3; ++k) linear[k] = at(tables.light, tables.num_light, rgb[k]);

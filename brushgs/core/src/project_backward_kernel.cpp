@@ -1,4 +1,4 @@
-// The arithmetic of `project_backward`: geometry in double for either scalar, colour in the scalar of the arrays.
+// The arithmetic of `project_backward`: geometry in double for either scalar, color in the scalar of the arrays.
 //
 // A loop over the lanes of a block repeats `place` of project_kernel.cpp forward, with the same functions, and
 // differentiates it backward step by step. `v_name` is the gradient of the loss by `name`. Compiled once per
@@ -304,7 +304,7 @@ void turn_back(const ProjectParams& params, Block& block) {
     }
 }
 
-// Gradients by the coefficients and directions, from that by the colours.
+// Gradients by the coefficients and directions, from that by the colors.
 template <int degree, class T>
 void shade_back(const GaussianColumns<T>& gaussians, const ProjectedBoxes<T>& boxes,
                 const GaussianGradients<T>& gradients, const Places& places, Block& block) {

@@ -1,4 +1,4 @@
-// The arithmetic of `project`: geometry in double for either scalar, colour in the scalar of the arrays.
+// The arithmetic of `project`: geometry in double for either scalar, color in the scalar of the arrays.
 //
 // Source: Zwicker et al. 2002, EWA Splatting, for the local affine projection; Kerbl et al. 2023 for the
 // low-pass, the clamp of the Jacobian and the spherical harmonics.
@@ -146,7 +146,7 @@ inline std::size_t choose(const Block& block, std::size_t count, std::size_t* la
     return num_kept;
 }
 
-// The fields of lane `i` except the colour, rounded to T.
+// The fields of lane `i` except the color, rounded to T.
 template <class T>
 inline void fill(const Block& block, std::size_t i, std::size_t row, Lock lock, BoxRecord<T>& box) {
     for (int k = 0; k < 2; ++k) box.center[k] = static_cast<T>(block.center[k][i]);

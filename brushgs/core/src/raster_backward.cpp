@@ -54,7 +54,7 @@ RowGradients gradients_of(const RasterParams& params, const BoxView<T>& boxes, c
     const double u = value(record.offset_u) - middle_u, v = value(record.offset_v) - middle_v;  // at the anchor
     const double factor = is_image ? value(record.opacity) : 1.0;
     const double v_u = factor * sums[kU], v_v = factor * sums[kV];
-    // Sums of the derivative by u (and by v) times u and v from the centre of the box.
+    // Sums of the derivative by u (and by v) times u and v from the center of the box.
     const double u_by_u = u * v_u + factor * (du_dx * sums[kUx] + du_dy * sums[kUy]);
     const double v_by_u = v * v_u + factor * (dv_dx * sums[kUx] + dv_dy * sums[kUy]);
     const double u_by_v = u * v_v + factor * (du_dx * sums[kVx] + du_dy * sums[kVy]);

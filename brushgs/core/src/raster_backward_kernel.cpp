@@ -23,7 +23,7 @@ struct GradientTile {
     alignas(64) T transmittance[kNumBlocks][kBlockPixels];
     alignas(64) T behind[kNumBlocks][kBlockPixels];  // sum of w_i s_i of what is still to come
     alignas(64) T v_color[3][kNumBlocks][kBlockPixels];
-    alignas(64) T v_weight[kNumBlocks][kBlockPixels];  // by the weight of a record, whatever its colour and attributes
+    alignas(64) T v_weight[kNumBlocks][kBlockPixels];  // by the weight of a record, whatever its color and attributes
     alignas(64) T v_sum[channels > 0 ? channels : 1][kNumBlocks][kBlockPixels];  // by the sums of weight x attribute
     std::uint16_t alive[kNumBlocks];                                             // pixels that still let light through
     std::uint32_t alive_blocks;
@@ -161,7 +161,7 @@ void add_texels(const TileTask<T>& task, const Record<T>& record, std::uint32_t 
     }
 }
 
-// The factors of a record's colour at the pixels of a tile, and their derivatives by texels along v and by the half
+// The factors of a record's color at the pixels of a tile, and their derivatives by texels along v and by the half
 // extent along v as far as streaks fade with it; 0 outside its box.
 template <class T>
 struct Shades {
@@ -186,7 +186,7 @@ template <class T>
     };
 }
 
-// The colours of a record at the pixels of a tile and their derivatives by texels along u and v; 0 where a channel is
+// The colors of a record at the pixels of a tile and their derivatives by texels along u and v; 0 where a channel is
 // held at 0, and outside its box.
 template <class T>
 struct TintedColors {

@@ -22,7 +22,7 @@ namespace brushgs::BRUSHGS_ISA {
 
 namespace {
 
-constexpr double kMinExtent = 1e-12;  // pixels: anything thinner holds no pixel centre
+constexpr double kMinExtent = 1e-12;  // pixels: anything thinner holds no pixel center
 
 template <class T>
 T clamped(T x, T low, T high) {
@@ -32,7 +32,7 @@ T clamped(T x, T low, T high) {
 // Scale from pixels to the kernel's own unit (texels, standard deviations or half axes), along one axis.
 struct AxisMap {
     double scale;   // units per pixel
-    double middle;  // coordinate of the box centre
+    double middle;  // coordinate of the box center
     double reach;   // painted half length, in half extents
 };
 
@@ -131,7 +131,7 @@ template <class T, class MakeFilling>
                record.bottom};
 }
 
-// Extends an outline to contain another of the same centre and direction.
+// Extends an outline to contain another of the same center and direction.
 void unite(Outline& outline, const Outline& other) {
     if (other.right < other.left) return;
     if (outline.right < outline.left) {
@@ -192,7 +192,7 @@ void make_records(const RasterParams& params, const BoxView<T>& boxes, std::size
 
 namespace {
 
-// Called by `sample_record` to fill `shades` with the streaks of box `id`: the factors of its colour at the pixels of a
+// Called by `sample_record` to fill `shades` with the streaks of box `id`: the factors of its color at the pixels of a
 // tile; 0 outside its box.
 template <class T, class Shades>
 [[gnu::always_inline]] inline auto streak_shader(const TileTask<T>& task, const Record<T>& record, std::uint32_t id,

@@ -1,6 +1,6 @@
-// Nearest centres of points whose nearest centre of a moment ago is known.
+// Nearest centers of points whose nearest center of a moment ago is known.
 //
-// If a point lies at a distance u from a centre a, then any nearer centre lies within 2 u of a. So the centres around
+// If a point lies at a distance u from a center a, then any nearer center lies within 2 u of a. So the centers around
 // each a are listed once for all points of its group, and each point is compared with the first few.
 // Source: Newling and Fleuret 2016, Fast k-means with accurate bounds ("exponion"; there the lists are annuli).
 #include <algorithm>
@@ -15,12 +15,12 @@ namespace brushgs {
 namespace {
 
 constexpr std::size_t kMostListed = 32;       // points that need more search the tree
-constexpr std::size_t kLanes = 4;             // listed centres that are compared at once
+constexpr std::size_t kLanes = 4;             // listed centers that are compared at once
 constexpr std::size_t kFewPoints = 8;         // in a group of so many each searches the tree: a list costs more
 constexpr std::size_t kPointsPerItem = 4096;  // work handed to a thread at a time, about
 constexpr double kRoundOff = 1e-9;            // relative, of distances: far more than they can have
 
-// The centres around another, nearest first, within a radius: `kMostListed` at most.
+// The centers around another, nearest first, within a radius: `kMostListed` at most.
 struct Around {
     Around(std::int32_t own, double most) : squared(most), self(own) {}
 
@@ -43,20 +43,20 @@ struct Around {
         }
     }
 
-    // Offers the centres that may be nearer to a point at a distance `own` from the middle centre; returns whether the
+    // Offers the centers that may be nearer to a point at a distance `own` from the middle center; returns whether the
     // list is complete for it.
     bool compare(const double* point, double own, std::size_t num_dimensions, Best& best) const;
 
-    double squared;  // what a centre must not exceed to be of interest
+    double squared;  // what a center must not exceed to be of interest
     std::int32_t self;
     std::size_t count = 0;
-    double reach = 0;  // no centre within it is missing
+    double reach = 0;  // no center within it is missing
     double distances[kMostListed];
     std::int32_t rows[kMostListed];
     double places[kMostDimensions * kMostListed];
 };
 
-// Squared distances to `kLanes` listed centres, each summed as `sum_of_squares` does.
+// Squared distances to `kLanes` listed centers, each summed as `sum_of_squares` does.
 inline void squared_to_lanes(const double* point, const double* places, std::size_t num_dimensions, double* squared) {
     double sums[4][kLanes] = {};
     std::size_t k = 0;
@@ -101,7 +101,7 @@ void for_groups(const PointGroups& groups, int num_threads, const Work& work) {
 }
 
 // For each point of a group: `begin(row, point)` gives the best so far, which the search improves for `end(row, best)`.
-// `tree` holds `others`; `self` is the row of the group's centre among them, or -1.
+// `tree` holds `others`; `self` is the row of the group's center among them, or -1.
 template <class Begin, class End>
 void search_group(const PointGroups& groups, std::size_t group, const KdTree& tree, const double* others,
                   std::int32_t self, double farthest, const Begin& begin, const End& end) {

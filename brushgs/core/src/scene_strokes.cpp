@@ -31,7 +31,7 @@ SceneStrokes unmerged(const SceneGaussians& scene) {
     return strokes;
 }
 
-// Weights of the Gaussians in k-means, by their contribution to pictures and the detail of colour around them.
+// Weights of the Gaussians in k-means, by their contribution to pictures and the detail of color around them.
 Doubles weights_of(const SceneGaussians& scene, const Extent& extent, const Doubles& areas, const Doubles& visible) {
     Doubles places(3 * scene.count), factors(scene.count), detail(scene.count), weights(scene.count);
     contract_all(scene.means, scene.count, extent, kThreads, places.data(), factors.data());

@@ -504,7 +504,7 @@ void make_envelope(const TrackParams& params, const Limits& limits, const Series
     }
 }
 
-// The mean of the two envelopes keeps the limit, equals `x` where `x` keeps it, and is centred in clipped parts.
+// The mean of the two envelopes keeps the limit, equals `x` where `x` keeps it, and is centerd in clipped parts.
 void limit_steps(const TrackParams& params, const Limits& limits, const Series& x, const Series& upper) {
     const std::size_t num_views = params.num_views;
     for (std::size_t k = 0; k < num_views * kRows; ++k) upper.values[k] = x.values[k];

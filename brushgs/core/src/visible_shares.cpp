@@ -44,7 +44,7 @@ Vector unit(const Vector& v) {
 // third of the time.
 struct Ordered {
     Buffer<std::uint32_t> rows;
-    Buffer<double> points;  // [count, 3] radii from the centre of the scene
+    Buffer<double> points;  // [count, 3] radii from the center of the scene
     Buffer<double> depths;  // [count] optical
 };
 

@@ -40,7 +40,7 @@ class LensTrack:
     """A lens at T times."""
 
     focal: F64  # [T] focal length, in picture heights
-    center: F64  # [T, 2] principal point, right and down from the picture centre, in picture heights
+    center: F64  # [T, 2] principal point, right and down from the picture center, in picture heights
     near: F64  # [T] near plane, units of the file, > 0
     aspect: float  # width / height of the picture
 

@@ -1,6 +1,6 @@
 """Read the cameras of a COLMAP sparse model (cameras and images, binary or text).
 
-As here, COLMAP has x right, y down, z forward and pixel centres at +0.5; an image stores camera from world.
+As here, COLMAP has x right, y down, z forward and pixel centers at +0.5; an image stores camera from world.
 Points are skipped. Formats: colmap.github.io/format.html.
 """
 

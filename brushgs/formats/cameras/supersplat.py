@@ -5,7 +5,7 @@ The camera does not roll: y is up in the world of the editor. The editor rotates
 about z and rotates it back on export; cameras are returned in scene coordinates. If the scene was moved in
 the editor, these are the coordinates of the exported scene, not of the loaded file.
 Positions, targets and fields of view are interpolated over frames by a cubic Hermite spline, which closes at
-the end of the timeline; the velocity at a pose is that between its two neighbours, times the smoothness.
+the end of the timeline; the velocity at a pose is that between its two neighbors, times the smoothness.
 Source: SuperSplat (github.com/playcanvas/supersplat), src/camera-poses.ts, timeline.ts, camera.ts,
 anim/spline.ts and doc.ts.
 """

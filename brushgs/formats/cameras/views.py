@@ -96,7 +96,7 @@ class _Path(_View, kw_only=True):
 
 
 def read_trained(path: Path, content: bytes) -> CameraFile:
-    """Read `cameras.json`; the principal point is the centre of the picture. Raises SceneError."""
+    """Read `cameras.json`; the principal point is the center of the picture. Raises SceneError."""
     entries = decode(path, content, list[_Trained], _CURE, root="cameras")
     cameras = []
     for index, own in enumerate(_filled(path, entries)):

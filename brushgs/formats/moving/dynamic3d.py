@@ -1,6 +1,6 @@
-"""Read the params.npz of Dynamic3DGaussians: centres, rotations and colours of every moment in one archive.
+"""Read the params.npz of Dynamic3DGaussians: centers, rotations and colors of every moment in one archive.
 
-Scales and opacities are constant in time; colours may be. Colours are RGB, 0 to 1, without view dependence.
+Scales and opacities are constant in time; colors may be. Colors are RGB, 0 to 1, without view dependence.
 Moments are 1/30 s apart, as in the captures that it was made for. Files of SplaTAM use the same names, and
 have one moment. Source: Luiten et al. 2024, Dynamic 3D Gaussians; helpers.py, `save_params`.
 

@@ -52,7 +52,7 @@ def open_formula(source: SceneSource) -> MovingScene | None:
 
 
 def find_moving(path: Path) -> Format | None:
-    """The moving-scene format of a path, including formats that are recognised but not read; None otherwise.
+    """The moving-scene format of a path, including formats that are recognized but not read; None otherwise.
 
     Also None for a missing or unreadable file, which the reader of still scenes reports. Formats of other
     packages are tried last, and only for files that are no known still scene.

@@ -1,6 +1,6 @@
 """Read moving scenes from PLY files, with columns for time beside those of a still scene: time is 0 to 1.
 
-SpaceTimeGaussian "lite" has motion of degree 3 and plain colours: f_dc holds display-encoded RGB, not a
+SpaceTimeGaussian "lite" has motion of degree 3 and plain colors: f_dc holds display-encoded RGB, not a
 coefficient. In the .ftgs.ply files of FreeTimeGS each Gaussian has a time, a duration and a velocity.
 Header comments of FreeTimeGsVanilla may give the number of moments (`n_frames`), a minimum duration
 (`min_duration`) and whether velocities are used (`use_velocity`). Its minimum opacity, 0.0001, only saves

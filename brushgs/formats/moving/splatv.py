@@ -22,7 +22,7 @@ from brushgs.values.moving import MovingScene
 _MAX_HEADER = 1 << 24  # bytes of the JSON; a file with one camera has 452
 _MAX_SIZE = 1 << 50  # bytes of a texture, as stated in the JSON
 # A row: position, quaternion w, x, y, z, scales and a zero, red, green, blue and opacity, nine coefficients
-# of motion and a zero, four of rotation, centre, width. Halves and bytes are packed low half first.
+# of motion and a zero, four of rotation, center, width. Halves and bytes are packed low half first.
 _ROW = np.dtype(
     [
         *(("means", "<f4", 3), ("quats", "<f2", 4), ("scales", "<f2", 3), ("zero", "<f2"), ("rgba", "u1", 4)),

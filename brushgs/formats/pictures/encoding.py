@@ -80,7 +80,7 @@ def choose_encoding(
         suffixes = films if picture_format is None else [".png"]
         others = listed([Path(path).with_suffix(suffix).name for suffix in suffixes])
         fact = f"background must not be transparent in {Path(path).name}, whose format holds no transparency"
-        raise ValueError(f"{fact}; choose a colour, or write {others}")
+        raise ValueError(f"{fact}; choose a color, or write {others}")
     return Encoding(_bits(path, offer, bits), transparent)
 
 

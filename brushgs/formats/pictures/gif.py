@@ -1,6 +1,6 @@
 """Write animated GIFs: one palette for all frames, computed in a first pass and applied in a second.
 
-The palette is computed from the colour histogram of all frames. Colours are weighted by the square root of
+The palette is computed from the color histogram of all frames. Colors are weighted by the square root of
 their area, so that a small red flower keeps its red beside a large wall.
 """
 
@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from brushgs.formats.pictures.libav import Film, VideoWriter, video_frame
 from brushgs.formats.pictures.oiio import Pixels
 
-_BITS = 5  # per channel: colours equal in these are merged before the palette is computed
+_BITS = 5  # per channel: colors equal in these are merged before the palette is computed
 _LLOYD_STEPS = 10
 
 
 class ColorCounts:
-    """Histogram of the 2^24 colours."""
+    """Histogram of the 2^24 colors."""
 
     def __init__(self) -> None:
         self._counts = np.zeros(1 << 24, np.int32)
@@ -33,7 +33,7 @@ class ColorCounts:
         self._counts[colors] += counts.astype(np.int32)
 
     def palette(self, num_colors: int) -> NDArray[np.uint8]:
-        """A palette [n, 3] of at most `num_colors` colours, including the most frequent one."""
+        """A palette [n, 3] of at most `num_colors` colors, including the most frequent one."""
         seen = np.flatnonzero(self._counts)
         counts = self._counts[seen].astype(np.float64)
         colors = np.stack([seen >> 16, seen >> 8 & 255, seen & 255], axis=1)
@@ -50,7 +50,7 @@ class ColorCounts:
 def _centers(
     points: NDArray[np.float64], weights: NDArray[np.float64], num_centers: int
 ) -> NDArray[np.float64]:
-    """[n, 3] cluster centres: repeatedly split the widest group until there are enough, then Lloyd steps.
+    """[n, 3] cluster centers: repeatedly split the widest group until there are enough, then Lloyd steps.
 
     Unlike library k-means the start is not random, so equal frames have equal palettes. On six paintings the
     mean error of libav's palettegen is 1.2 to 1.4 times as large, and its largest error 1.5 to 2 times.
@@ -118,7 +118,7 @@ class GifVideo(VideoWriter):
 
 
 def _palette_graph(width: int, height: int, rate: Fraction, colors: NDArray[np.uint8]) -> tuple[Any, Any]:
-    """Filter graph from RGB to palette colours, and its input for frames."""
+    """Filter graph from RGB to palette colors, and its input for frames."""
     import av
 
     entries = np.full((256, 4), 255, np.uint8)

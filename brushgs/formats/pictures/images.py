@@ -4,7 +4,7 @@ OpenImageIO has decoders for some twenty-five formats and chooses by suffix; bru
 table, chosen by content, and refuses costly pictures before they are decoded.
 
 Within brushgs, pictures are display-encoded float32, 0 to 1. Files in linear light (EXR) are converted here.
-OpenImageIO's premultiplication on reading (in 8 bits) is turned off, so straight colours are exact.
+OpenImageIO's premultiplication on reading (in 8 bits) is turned off, so straight colors are exact.
 """
 
 import shutil
@@ -103,7 +103,7 @@ def read_image(path: str | Path, *, max_pixels: int | None = None) -> F32:
 
 
 def read_bytes(path: Path, max_pixels: int) -> NDArray[np.uint8]:
-    """The stored bytes [H, W, C] of an 8-bit picture, for pictures that encode numbers other than colours.
+    """The stored bytes [H, W, C] of an 8-bit picture, for pictures that encode numbers other than colors.
 
     Alpha is straight. Raises SceneError as `read_image` does, or if the picture has more bits per channel.
     """
@@ -160,11 +160,11 @@ def _check_spec(path: Path, spec: "OpenImageIO.ImageSpec", max_pixels: int) -> N
     if spec.nchannels * max(at_once / _MAX_CHANNELS, in_all / _MAX_LAYERED) > max_pixels:
         fact = f"holds {spec.nchannels} channels in {spec.width}x{spec.height} pixels and tiles of"
         tile = f"{spec.tile_width}x{spec.tile_height}, which is too much"
-        raise SceneError(path, f"{fact} {tile}; save it with its colours only")
+        raise SceneError(path, f"{fact} {tile}; save it with its colors only")
 
 
 def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear: bool) -> F32:
-    """Colour and alpha as returned by `read_image`, converted a few rows at a time to save memory."""
+    """Color and alpha as returned by `read_image`, converted a few rows at a time to save memory."""
     spec = source.spec()
     has_alpha = 0 <= spec.alpha_channel < spec.nchannels
     others = [i for i in range(spec.nchannels) if i not in (spec.alpha_channel, spec.z_channel)]
@@ -173,7 +173,7 @@ def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear:
     if has_alpha:
         chosen.append(spec.alpha_channel)
     if not num_colors:
-        raise SceneError(path, "holds no colours, only alpha or depth; save it with at least a grey channel")
+        raise SceneError(path, "holds no colors, only alpha or depth; save it with at least a grey channel")
     is_associated = has_alpha and not spec.get_int_attribute("oiio:UnassociatedAlpha")
     image = np.empty((spec.height, spec.width, len(chosen)), np.float32)
     space = _stated_space(spec) if is_linear and num_colors == 3 else None
@@ -197,7 +197,7 @@ def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear:
 
 
 def _stated_space(spec: "OpenImageIO.ImageSpec") -> str | None:
-    """The Color Interop Forum name of the colour space in a header, if it is one that brushgs writes."""
+    """The Color Interop Forum name of the color space in a header, if it is one that brushgs writes."""
     from brushgs.formats.pictures.exr.spaces import SPACES
 
     found = spec.get_string_attribute("colorInteropID")
@@ -256,7 +256,7 @@ def write_frame(
     Args:
         frame: the picture; may be in strips for a format that `takes_strips`.
         path: the name of the file; it appears when it is complete.
-        background: None keeps the transparency; one RGB colour or an [H, W, 3] array, display-encoded, is
+        background: None keeps the transparency; one RGB color or an [H, W, 3] array, display-encoded, is
             put behind the picture, which is then written without alpha (EXR: with alpha 1).
         bits: per channel: 8 or 16 for .png and .tif, 8 or 10 for .avif; None for the default of the format:
             16 for .tif and .exr (half float), 8 for the others.

@@ -180,7 +180,7 @@ class VideoWriter:
 
 
 class EncodedVideo(VideoWriter):
-    """A video whose colours are converted and tagged as BT.709."""
+    """A video whose colors are converted and tagged as BT.709."""
 
     def __init__(self, stack: contextlib.ExitStack, film: Film) -> None:
         is_quicktime = film.container in OF_QUICKTIME

@@ -1,6 +1,6 @@
-"""Shared by the writers of pictures and videos: quantised pixels, and output with OpenImageIO.
+"""Shared by the writers of pictures and videos: quantized pixels, and output with OpenImageIO.
 
-OpenImageIO's division by alpha on writing is turned off, so straight colours are stored exactly. 8-bit videos
+OpenImageIO's division by alpha on writing is turned off, so straight colors are stored exactly. 8-bit videos
 take 8-bit pixels, others 16-bit ones, which the encoder rounds. Their alpha is straight, as readers of ProRes
 4444, and of VP9 in browsers, expect.
 """
@@ -22,16 +22,16 @@ from brushgs.values.frame import Frame
 HEADER = 1 << 12  # bytes of a file beside its pixels, at most
 # Without a date OpenImageIO writes the current time, and equal frames would give different bytes.
 NO_DATE = "1970:01:01 00:00:00"
-Background = Sequence[float] | Array | None  # one RGB colour or [H, W, 3], display-encoded; None for none
+Background = Sequence[float] | Array | None  # one RGB color or [H, W, 3], display-encoded; None for none
 
 
 def _with_alpha(frame: Frame) -> Array:
-    """[H, W, 4] straight colour and alpha."""
+    """[H, W, 4] straight color and alpha."""
     return np.concatenate([frame.straight_colors(), frame.alpha[..., None]], axis=-1)
 
 
 def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.unsignedinteger[Any]]:
-    """Quantise values, clipped to 0 to 1, to the full range of `dtype`; halves are rounded up."""
+    """Quantize values, clipped to 0 to 1, to the full range of `dtype`; halves are rounded up."""
     return np.asarray(np.clip(values, 0, 1) * np.iinfo(dtype).max + 0.5).astype(dtype)
 
 
@@ -54,7 +54,7 @@ def _strips_of(frame: Strips, background: Background) -> Iterator[tuple[Frame, B
 
 
 def bytes_of(frame: Frame, background: Background) -> NDArray[np.uint8]:
-    """8-bit pixels: [H, W, 4] straight colour and alpha, or [H, W, 3] on a background."""
+    """8-bit pixels: [H, W, 4] straight color and alpha, or [H, W, 3] on a background."""
     if background is None:
         return quantise(_with_alpha(frame), np.uint8).astype(np.uint8, copy=False)
     return frame.bytes_over(background)
@@ -189,9 +189,9 @@ def video_pixels(frame: Frame, background: Background, bits: int) -> Pixels:
 
 
 def spread_colors(frame: Frame) -> Array:
-    """[H, W, 3] straight colours, extended into pixels where nothing is painted (pull-push).
+    """[H, W, 3] straight colors, extended into pixels where nothing is painted (pull-push).
 
-    Codecs mix colours of neighbours whatever their alpha: black beside the paint would darken its edge. A
+    Codecs mix colors of neighbors whatever their alpha: black beside the paint would darken its edge. A
     pixel with alpha 0 takes the mean of the smallest block of 2, 4, 8 ... pixels a side that has paint.
     """
     colors = frame.straight_colors()
@@ -202,7 +202,7 @@ def spread_colors(frame: Frame) -> Array:
 
 
 def _means_of_blocks(rgb: Array, alpha: Array) -> Array:
-    """For each pixel, the alpha-weighted mean colour of the smallest block around it that has paint."""
+    """For each pixel, the alpha-weighted mean color of the smallest block around it that has paint."""
     height, width = alpha.shape
     if height == width == 1:
         return np.divide(rgb, alpha[..., None], out=np.zeros_like(rgb), where=alpha[..., None] > 0)

@@ -2,7 +2,7 @@
 
 Bands of filtered rows are deflated on their own and joined into one stream, as pigz does: each ends on a
 whole byte (a sync flush), and checksums of bands combine into that of all. What comes before the pixels
-(colour space, metadata, resolution) is OpenImageIO's, of a picture of one pixel.
+(color space, metadata, resolution) is OpenImageIO's, of a picture of one pixel.
 
 Source: the PNG specification (W3C, third edition), RFC 1950 and RFC 1951.
 """

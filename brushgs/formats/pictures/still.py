@@ -133,7 +133,7 @@ def write_webp(frame: Frame, path: str | Path, background: Background, *, shot: 
 
 
 def write_exact(pixels: NDArray[np.uint8], path: str | Path, description: str = "") -> None:
-    """Write [H, W, 3 or 4] bytes as lossless WebP; only colours of pixels with alpha 0 may change."""
+    """Write [H, W, 3 or 4] bytes as lossless WebP; only colors of pixels with alpha 0 may change."""
     names = ("R", "G", "B", "A")[: pixels.shape[-1]]
 
     def describe(written: Path) -> bool:

@@ -1,4 +1,4 @@
-"""Write strokes as SVG paths: layers by coat and region, and a page in the colour of the ground.
+"""Write strokes as SVG paths: layers by coat and region, and a page in the color of the ground.
 
 Source: W3C, Scalable Vector Graphics (SVG) 1.1; `inkscape:groupmode` makes a group a layer in Inkscape, and
 in vpype, which plots it.
@@ -19,7 +19,7 @@ from brushgs.values.paths import Path2D, PathGroup, Paths
 from brushgs.values.shot import Shot
 
 TENTHS = 10  # coordinates are rounded to tenths of a pixel
-# Soft ellipses need one gradient per colour: colours are quantised to the most steps that keep the limit.
+# Soft ellipses need one gradient per color: colors are quantized to the most steps that keep the limit.
 MOST_GRADIENTS, COLOR_STEPS = 400, (255, 63, 31, 15, 6)
 STOPS = 9  # of the gradient of a soft ellipse
 _NAME = re.compile(r"[^a-zA-Z0-9]+")
@@ -90,7 +90,7 @@ def _layer(name: str, label: str, group: PathGroup | None) -> str:
 
 
 def _gradients(codes: list[str]) -> Iterator[str]:
-    """A radial gradient for each colour: exp(-4.5 r^2), as the kernel of 3DGS, clipped at r = 1."""
+    """A radial gradient for each color: exp(-4.5 r^2), as the kernel of 3DGS, clipped at r = 1."""
     yield "<defs>\n"
     for code in codes:
         stops = "".join(
@@ -103,12 +103,12 @@ def _gradients(codes: list[str]) -> Iterator[str]:
 
 
 def _code(path: Path2D, steps: int = 255) -> str:
-    """#rrggbb, with each channel quantised to `steps` steps."""
+    """#rrggbb, with each channel quantized to `steps` steps."""
     return "#" + "".join(f"{round(255 * round(steps * one) / steps):02x}" for one in path.color)
 
 
 def _shape(path: Path2D, steps: int) -> str:
-    """The SVG element of a path; `steps` quantises the colours of soft ellipses."""
+    """The SVG element of a path; `steps` quantizes the colors of soft ellipses."""
     code = _code(path, steps if path.kind == "soft" else 255)
     opacity = f"{path.opacity:.2f}".rstrip("0").rstrip(".") or "0"
     if path.kind == "line":

@@ -77,7 +77,7 @@ def save_video(
         frames: at least one, all of one size.
         path: the suffix decides the format: .mp4, .mov, .webm, .mkv or .gif, see `open_video`.
         fps: frames per second, above 0.
-        background: colour behind the strokes, see `Frame.over`; None or "transparent" stores straight alpha,
+        background: color behind the strokes, see `Frame.over`; None or "transparent" stores straight alpha,
             which ProRes (.mov) and VP9 (.webm) support.
         loops: whether a GIF repeats.
         codec: "h264" or "h265" (.mp4, .mov, .mkv), "prores" (.mov), "vp9" (.webm); None for the default of
@@ -130,8 +130,8 @@ def open_video(
     """Write a video; the file appears when the block ends without an error, else no file remains.
 
     By default .mp4 and .mkv are H.264 at crf 17, .webm is VP9, .mov ProRes 4444. All but ProRes have 4:2:0
-    chroma; colours are converted to BT.709 in limited range, and tagged so. A GIF has one palette of 255
-    colours, computed from all frames, and an ordered dither, which does not flicker in still areas.
+    chroma; colors are converted to BT.709 in limited range, and tagged so. A GIF has one palette of 255
+    colors, computed from all frames, and an ordered dither, which does not flicker in still areas.
 
     Args:
         path: see `save_video`, also for `fps`, `loops`, `codec` and `bits`.

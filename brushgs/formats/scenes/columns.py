@@ -4,7 +4,7 @@ Some exporters store scales and opacities directly instead of their logarithms a
 x, y, z, w, or plain RGB instead of spherical harmonics. The file does not state this: the caller must, or
 `brushgs doctor` detects it from the numbers. Bands of spherical harmonics that are zero in every row are not
 loaded, which changes no picture. Rows that cannot be drawn are dropped and reported in one warning; a
-view-dependent colour coefficient that is not finite counts as 0 and its row is kept.
+view-dependent color coefficient that is not finite counts as 0 and its row is kept.
 """
 
 import warnings
@@ -270,7 +270,7 @@ class Dropped:
         if self.zeroed is not None:
             row, name, value = self.zeroed
             what = f"that are not finite count as 0 (first: row {row}, {name} = {value:g})"
-            warning = f"{path}: in {self.num_zeroed} of {num_rows} rows view-dependent colours {what}"
+            warning = f"{path}: in {self.num_zeroed} of {num_rows} rows view-dependent colors {what}"
             warnings.warn(SceneWarning(warning), stacklevel=3)
         reasons = []
         if self.broken is not None:

@@ -301,7 +301,7 @@ def _unpacking(packed: SceneFile) -> Decoder:
 def _check_extensions(
     file: _File, every: list[tuple[str, Any]], own: dict[str, Any], unknown: dict[str, None]
 ) -> None:
-    """Refuse other compression, add unread extensions to `unknown`, and warn of linear colours (too dark)."""
+    """Refuse other compression, add unread extensions to `unknown`, and warn of linear colors (too dark)."""
     for name, _ in every:
         if "compression" in name and name not in _PACKED:
             fact = f"holds splats compressed by {name[:80]}, which is not read"
@@ -311,7 +311,7 @@ def _check_extensions(
     if own.get("kernel", "ellipse") != "ellipse":
         unknown[f"kernel {str(own['kernel'])[:40]}"] = None
     if own.get("colorSpace") == "lin_rec709_display":
-        message = "was trained in linear colours (lin_rec709_display), which are painted too dark"
+        message = "was trained in linear colors (lin_rec709_display), which are painted too dark"
         warnings.warn(SceneWarning(f"{file.path}: {message}; lighten it, or train in sRGB"), stacklevel=2)
 
 

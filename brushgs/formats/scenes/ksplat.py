@@ -1,9 +1,9 @@
 """The .ksplat format of GaussianSplats3D, version 0.1, compression levels 0 to 2.
 
 A file has 4096 bytes of header, then a header of 1024 bytes for each section of Gaussians. A section holds
-the lengths of its partly filled buckets, the centres of all its buckets, and its rows. Level 0 holds float32;
-levels 1 and 2 hold positions as 16-bit offsets from bucket centres, and other numbers as half floats; level 2
-holds spherical-harmonic coefficients as bytes. Colours and opacities are bytes at every level.
+the lengths of its partly filled buckets, the centers of all its buckets, and its rows. Level 0 holds float32;
+levels 1 and 2 hold positions as 16-bit offsets from bucket centers, and other numbers as half floats; level 2
+holds spherical-harmonic coefficients as bytes. Colors and opacities are bytes at every level.
 Source: https://github.com/mkkellogg/GaussianSplats3D.
 """
 

@@ -249,7 +249,7 @@ _MIN_ROWS = 10
 _SIGMOID_OF_1 = 0.7310587
 _MIN_SPREAD = 0.01  # range of opacities; scripts write equal ones, which fit either encoding
 _BLINDING = 16.0  # a coefficient of 16 is five times as bright as white; trained scenes reach 12.6
-_NUM_COLORS = 4096  # colours that are inspected
+_NUM_COLORS = 4096  # colors that are inspected
 
 
 def open_file(path: Path, lod: int | None) -> SceneFile:
@@ -283,9 +283,9 @@ def warn_of_other_encoding(path: Path, columns: Columns) -> None:
     """Warn if the numbers of a file are certainly not in the standard layout.
 
     A linear scale decoded as a log is at least 1; a linear opacity decoded as a logit is 0.5 to 0.7311. No
-    trained scene has all of its rows in these ranges; a few rows made by hand may. Colours of 0 to 255
+    trained scene has all of its rows in these ranges; a few rows made by hand may. Colors of 0 to 255
     decoded as coefficients are far too bright. The smallest and largest opacity, the smallest scale and some
-    colours are inspected, which takes 1 % of the loading time.
+    colors are inspected, which takes 1 % of the loading time.
     """
     if len(columns.means) < _MIN_ROWS:
         return
@@ -297,7 +297,7 @@ def warn_of_other_encoding(path: Path, columns: Columns) -> None:
             suspects.append("scales and opacities" if are_scales_linear else "opacities")
     colors = columns.sh[:_NUM_COLORS, 0]
     if colors.min() >= 0 and colors.max() > _BLINDING:
-        suspects.append("colours")
+        suspects.append("colors")
     if suspects:
         message = f"{' and '.join(suspects)} seem to be stored in another encoding, which paints a fog"
         cure = f"'brushgs doctor {path} --fix cured.ply' converts them"

@@ -71,7 +71,7 @@ def open_scene(path: Path) -> SceneFile:
 
 
 def _cells(picture: F32) -> F32:
-    """[n, 7] centre x and y and side of each cell in pixels, its mean RGB and its mean alpha."""
+    """[n, 7] center x and y and side of each cell in pixels, its mean RGB and its mean alpha."""
     rgb, alpha = split_alpha(picture)
     height, width = rgb.shape[:2]
     smallest = 1

@@ -2,8 +2,8 @@
 
 The layouts are Inria's, see `ply_inria`, and the compressed one of PlayCanvas and SuperSplat: 16 bytes a
 Gaussian, in chunks of 256. A chunk stores the smallest and largest position, log-scale and (in later files)
-colour of its Gaussians; each Gaussian stores fractions between them, in 11 + 10 + 11 bits (position and
-log-scale) or 8 bits (colour), its opacity in 8 bits and its rotation as the three smaller components of the
+color of its Gaussians; each Gaussian stores fractions between them, in 11 + 10 + 11 bits (position and
+log-scale) or 8 bits (color), its opacity in 8 bits and its rotation as the three smaller components of the
 quaternion in 10 bits each. An optional element `sh` holds f_rest in 8 bits. The layout is defined by the
 PlayCanvas engine and splat-transform.
 """
@@ -52,7 +52,7 @@ AXES = {"position": ("x", "y", "z"), "scale": ("scale_x", "scale_y", "scale_z"),
 CHUNK_ROWS = 256
 MOST_SHOWN = 20  # most column names in a message
 _BLOCK_ROWS = 16 * CHUNK_ROWS
-THREE, FOUR = (11, 10, 11), (8, 8, 8, 8)  # bits of a packed vector and of a packed colour, from the highest
+THREE, FOUR = (11, 10, 11), (8, 8, 8, 8)  # bits of a packed vector and of a packed color, from the highest
 SMALL_BITS = (10, 10, 10)  # of the three smaller components of a rotation
 SH_RANGE = 8.0  # f_rest is stored in -4 to 4
 
@@ -107,7 +107,7 @@ def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[s
         rule = f"must have a chunk for {CHUNK_ROWS} Gaussians, got {chunk.count} for {num_rows}"
         raise SceneError(path, f"{rule}; export again")
     check_size(path, header, chunk, size)
-    has_colors = "min_r" in chunk.names  # earlier files have no range of colours: 0 to 1
+    has_colors = "min_r" in chunk.names  # earlier files have no range of colors: 0 to 1
     for axes in AXES.values() if has_colors else (AXES["position"], AXES["scale"]):
         for name in (f"{end}_{axis}" for end in ("min", "max") for axis in axes):
             if name not in chunk.names:

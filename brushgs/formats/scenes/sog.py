@@ -174,7 +174,7 @@ def _words(low: U8, high: U8) -> NDArray[np.uint16]:
 
 
 def _decoder(meta: Meta, pictures: list[U8], palette: F32 | None, opacities: F32) -> Decoder:
-    """A decoder of rows; `pictures` are low and high bytes of means, quats, scales, colours, any labels."""
+    """A decoder of rows; `pictures` are low and high bytes of means, quats, scales, colors, any labels."""
 
     def decode(start: int, stop: int, out: Columns) -> None:
         low, high, quats, scales, colors = (picture[start:stop] for picture in pictures[:5])

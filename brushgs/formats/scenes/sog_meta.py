@@ -4,7 +4,7 @@ Members of an archive are found by name. A picture is copied to a temporary fold
 while it is decoded, since the decoder reads named files only; nothing else is written to the disk.
 
 The meta defines the value of each byte of the pictures; here it becomes lookup tables. Version 2 stores
-scales and colours by codebooks, version 1 (without `version`) as fractions between a smallest and a largest
+scales and colors by codebooks, version 1 (without `version`) as fractions between a smallest and a largest
 value. The format is defined by the PlayCanvas engine and splat-transform.
 """
 
@@ -269,7 +269,7 @@ class Meta:
     opacities: F32  # [256] logits in version 1, 0 to 1 in version 2
     pictures: tuple[
         str, ...
-    ]  # names: means (low and high bytes), quats, scales, colours, any labels and palette
+    ]  # names: means (low and high bytes), quats, scales, colors, any labels and palette
     palette: Palette | None  # None without spherical harmonics above degree 0
     stored: Stored  # notes of our files
 

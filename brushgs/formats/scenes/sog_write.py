@@ -1,7 +1,7 @@
 """Write Gaussians as a SOG scene of version 2: a zip archive of lossless WebP pictures and a `meta.json`.
 
 `sog` and `sog_meta` describe the layout, its formulas and its source. Rows are sorted along a space-filling
-curve, so that neighbouring pixels are similar and compress better.
+curve, so that neighboring pixels are similar and compress better.
 
 Codebooks are computed by k-means. For single numbers it is Lloyd's method on sorted values, which is
 deterministic. For rows of numbers it has two levels, because 65,536 centroids of a million rows at once would
@@ -184,7 +184,7 @@ _DATE = (1980, 1, 1, 0, 0, 0)  # of members: the earliest date in a zip archive
 
 @in_order(spatial_order)
 def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
-    """Write the pictures and the meta. Gaussians whose opacity rounds to 0 lose their colours, unseen.
+    """Write the pictures and the meta. Gaussians whose opacity rounds to 0 lose their colors, unseen.
 
     Raises:
         ValueError: if the names of brushes are too long, or the palette of spherical harmonics needs

@@ -86,7 +86,7 @@ _WRITTEN_ROWS = 1 << 16
 def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING) -> None:
     """Write rows of 32 bytes; `known` is not recorded.
 
-    A SceneWarning names lost data that matters to a painting. Colours are clipped to 0 to 1.
+    A SceneWarning names lost data that matters to a painting. Colors are clipped to 0 to 1.
 
     Raises:
         SceneError: if the file cannot be written.
@@ -96,7 +96,7 @@ def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING)
         for start in range(0, len(gaussians), _WRITTEN_ROWS):
             file.write(_encode(gaussians.take(slice(start, start + _WRITTEN_ROWS))))
     lost = [
-        *(["colours that change with the view"] if gaussians.sh.shape[1] > 1 else []),
+        *(["colors that change with the view"] if gaussians.sh.shape[1] > 1 else []),
         *(["that they are strokes"] if known.is_strokes else []),
         *(["brushes"] if gaussians.brushes is not None else []),
         *(["that they are antialiased"] if gaussians.antialiased else []),

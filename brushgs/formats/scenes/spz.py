@@ -48,7 +48,7 @@ _BYTES = np.arange(256)
 _OPACITIES = (_BYTES / 255).astype(np.float32)
 _COLOR_SCALE = 0.15  # factor of a coefficient of degree 0, before 0.5 is added
 _LOWEST_LOG_SCALE, _LOG_SCALE_STEPS = -10, 16  # the log-scale of byte 0, and steps per unit of log-scale
-# Bytes 0 to 255 are coefficients of -3.3 to 3.3, which are colours of -0.44 to 1.44.
+# Bytes 0 to 255 are coefficients of -3.3 to 3.3, which are colors of -0.44 to 1.44.
 _COLORS = ((_BYTES / 255 - 0.5) / _COLOR_SCALE).astype(np.float32)
 _SH_ZERO = 128  # the byte of a spherical-harmonic coefficient of 0, and the number of steps from 0 to 1
 _MAGNITUDES = np.arange(512) / 511 * np.sqrt(0.5)
@@ -194,11 +194,11 @@ _PACKING = 6  # gzip level: 9 takes three times as long to save 1 %
 def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
     """Write a gzip stream of header, blocks and, if there is something to record, an extension.
 
-    Scales are clipped to exp(-10) to exp(5.94) units, colours to -0.44 to 1.44, harmonics to -1 to 1. The
-    extent of the scene decides the fractional bits of positions, limited by its farthest centre.
+    Scales are clipped to exp(-10) to exp(5.94) units, colors to -0.44 to 1.44, harmonics to -1 to 1. The
+    extent of the scene decides the fractional bits of positions, limited by its farthest center.
 
     Raises:
-        ValueError: if a centre is too far for 24 bits, or the names of brushes are too long.
+        ValueError: if a center is too far for 24 bits, or the names of brushes are too long.
         SceneError: if the file cannot be written.
     """
     content = content_of(stored._replace(antialiased=False))  # a flag states it
@@ -221,7 +221,7 @@ def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
 
 
 def _fractional_bits(gaussians: Gaussians) -> int:
-    """Bits for `_STEPS` across the middle, at least `_USUAL_BITS`, as far as the farthest centre allows."""
+    """Bits for `_STEPS` across the middle, at least `_USUAL_BITS`, as far as the farthest center allows."""
     farthest = float(np.abs(gaussians.means).max())
     if farthest > _LARGEST_POSITION:
         raise ValueError(

@@ -95,7 +95,7 @@ class Stored(NamedTuple):
     counts: tuple[int, ...] | None = None
     is_strokes: bool = False  # whether the rows are strokes
     antialiased: bool = False  # whether they were trained with the opacity compensation of Mip-Splatting
-    # [N] original row number of each stroke, in a format that sorts rows: broken colour depends on the number
+    # [N] original row number of each stroke, in a format that sorts rows: broken color depends on the number
     # of a stroke. None if the order is unchanged, or there are more than 65,536 rows.
     order: NDArray[np.int64] | None = None
 

@@ -1,7 +1,7 @@
 """Write Gaussians to a scene file, whose suffix decides the format; and functions shared by the writers.
 
 Most formats store integers of a few bits, with finite values for infinite logs and logits; compressed files
-sort rows so that neighbours in space are adjacent. A written file can be read back to measure its errors.
+sort rows so that neighbors in space are adjacent. A written file can be read back to measure its errors.
 """
 
 from collections.abc import Callable, Sequence
@@ -43,7 +43,7 @@ _BITS = 21  # per axis: three axes fill 63 bits
 def spatial_order(gaussians: Gaussians) -> NDArray[np.int64]:
     """[N] row numbers along a Morton curve; strokes with brushes are sorted by brush first.
 
-    Coordinates are logarithmic in the distance from the middle, so that far centres do not use up the bits.
+    Coordinates are logarithmic in the distance from the middle, so that far centers do not use up the bits.
     """
     means = gaussians.means.astype(np.float64)
     middle, spread = np.median(means, axis=0), np.ptp(np.percentile(means, (5, 95), axis=0), axis=0).max()
@@ -118,18 +118,18 @@ def smallest_three(quats: Array) -> tuple[NDArray[np.int64], NDArray[np.float64]
     return largest, units[np.arange(4) != largest[:, None]].reshape(-1, 3)
 
 
-_MIDDLE = 1, 99  # percentiles of the centres, so that a few far ones do not enlarge the extent
+_MIDDLE = 1, 99  # percentiles of the centers, so that a few far ones do not enlarge the extent
 _FLAT = 1e-6  # standard deviations below this share of the extent are treated as equal
 _SMALLEST = 1e-37  # the same limit if the extent is 0, world units
-_VISIBLE = 0.5 / 255  # smaller opacities round to 0 in most formats, so colour and shape are not seen
+_VISIBLE = 0.5 / 255  # smaller opacities round to 0 in most formats, so color and shape are not seen
 
 
 @dataclass(frozen=True)
 class Losses:
     """Errors of a written file; each pair is the median and the largest error."""
 
-    extent: float  # diagonal of the box of 98 % of the centres along each axis, world units
-    means: tuple[float, float]  # distance between centres, world units
+    extent: float  # diagonal of the box of 98 % of the centers along each axis, world units
+    means: tuple[float, float]  # distance between centers, world units
     scales: tuple[float, float]  # ratio of the larger standard deviation to the smaller, minus 1
     quats: tuple[float, float]  # angle between rotations, degrees
     opacities: tuple[float, float]  # difference, 0 to 1
@@ -148,14 +148,12 @@ class Losses:
         """Lines of text with the median and the largest error of each kind of number."""
         share = [f"{value / self.extent:.1e}" if self.extent else "0" for value in self.means]
         lines = [
-            f"centres are off by {_pair(self.means)} units, {share[0]} (at most {share[1]}) of the extent",
+            f"centers are off by {_pair(self.means)} units, {share[0]} (at most {share[1]}) of the extent",
             f"sizes are off by {_pair(self.scales, 100)} %, rotations by {_pair(self.quats)} degrees",
-            f"opacities are off by {_pair(self.opacities, 255)}, colours by {_pair(self.colors)} of 255",
+            f"opacities are off by {_pair(self.opacities, 255)}, colors by {_pair(self.colors)} of 255",
         ]
         if self.harmonics[1]:
-            lines.append(
-                f"colours that change with the view are off by {_pair(self.harmonics)} levels of 255"
-            )
+            lines.append(f"colors that change with the view are off by {_pair(self.harmonics)} levels of 255")
         return lines
 
 

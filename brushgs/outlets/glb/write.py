@@ -119,7 +119,7 @@ def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
         }
         if not for_view:
             of_coat |= {
-                "colours do not change with the view in the file": used_sh_degree(coat.strokes) > 0,
+                "colors do not change with the view in the file": used_sh_degree(coat.strokes) > 0,
                 "marks do not get denser as the camera comes nearer in the file": coat.nested is not None,
                 "strokes do not thin out toward the border of the picture in the file": bool(coat.border),
             }

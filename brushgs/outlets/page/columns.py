@@ -38,7 +38,7 @@ def shown_by(coat: "Coat") -> Gaussians:
     rows = np.full(len(plain), len(BrushSet.of(coat.texture)) - 1, np.uint8)
     brushes = coat.strokes.brushes
     own = np.zeros(len(coat.strokes), np.uint8) if brushes is None else brushes
-    missing = max(0, plain.sh.shape[1] - coat.strokes.sh.shape[1])  # strokes may have one colour each
+    missing = max(0, plain.sh.shape[1] - coat.strokes.sh.shape[1])  # strokes may have one color each
     sh = np.pad(coat.strokes.sh, ((0, 0), (0, missing), (0, 0)))
     return Gaussians.joined([replace(coat.strokes, sh=sh, brushes=own), replace(plain, brushes=rows)])
 

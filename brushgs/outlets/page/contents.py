@@ -148,7 +148,7 @@ def page_contents(
         view: target of the page's camera.
         title: any text; the page shows it as text only.
         command: scene and options of `brushgs render SCENE OPTIONS` that paint the same.
-        background: behind the strokes, if the painting has no surface: one RGB colour or a picture [H, W, 3];
+        background: behind the strokes, if the painting has no surface: one RGB color or a picture [H, W, 3];
             None for transparent.
         regions: names of the strokes' regions, from region 1, any text; missing names become numbers.
         stops: views that the page leads through.
@@ -249,7 +249,7 @@ def _coat(number: int, coat: "Coat", own: "Coat", origin: F64, collected: _Colle
     brush = np.searchsorted(used, brushes) if brushes is not None and len(used) > 1 else None
     columns = columns_of(coat, strokes, origin, brush)
     effect = effect_facts(own, origin)
-    if effect["washes"]:  # their colours are mapped when they were blended
+    if effect["washes"]:  # their colors are mapped when they were blended
         effect["washes"]["shDegree"] = used_sh_degree(own.strokes)
         columns["washSh"] = own.strokes.sh[:, : (used_sh_degree(own.strokes) + 1) ** 2]
     # The outlines of blacks follow tones to 1 in 100,000: half floats would move them.
@@ -333,13 +333,13 @@ def _note_omitted(coat: "Coat", brush_set: BrushSet, collected: _Collected) -> N
 def _surface(surface: Surface, collected: _Collected) -> dict[str, Any]:
     recipe = surface.recipe
     if recipe is None:
-        collected.omit("the height and the grain of this surface are not in the page, only its colour")
+        collected.omit("the height and the grain of this surface are not in the page, only its color")
         recipe = Recipe("flat", surface.rgb, 0.0, 0)
     return _board(recipe, collected)
 
 
 def _board(recipe: Recipe, collected: _Collected) -> dict[str, Any]:
-    """The header of a surface of one colour [3], or of a picture [H, W, 3], which is stored as an array."""
+    """The header of a surface of one color [3], or of a picture [H, W, 3], which is stored as an array."""
     color: Any = {"color": recipe.color.astype(np.float64).tolist()}
     if recipe.color.ndim == 3:
         image = reduced(recipe.color, MOST_GROUND)

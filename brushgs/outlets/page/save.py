@@ -43,7 +43,7 @@ def save(
         texture: brush of painted strokes, see `render`; required for these.
         camera: the first view; None frames the strokes.
         title: any text; None for the name of the file.
-        background: of a frame or page: a colour name, "#rrggbb" or "transparent"; None keeps a frame's
+        background: of a frame or page: a color name, "#rrggbb" or "transparent"; None keeps a frame's
             transparency and is white for a page.
         **options: `lock`, `num_sigmas`, `low_pass` and `underpaint`, for a page also `filter`, `streaks` and
             `relief`, see `render`. Relief is lit by the default `Lamp`.

@@ -44,7 +44,7 @@ def write_page(
         view: target of the page's camera.
         title: any text.
         command: the scene and the options of `brushgs render`.
-        background: one RGB colour, a picture [H, W, 3], or None for transparent.
+        background: one RGB color, a picture [H, W, 3], or None for transparent.
         regions: the names of the regions of the strokes from 1 on.
         preview: what the page tells of itself. A picture that it names is written beside the page; one that
             has an address has a picture in any case. Its icon is made here.

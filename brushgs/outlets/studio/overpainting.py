@@ -58,7 +58,7 @@ class HandStroke:
     """A stroke of the page's brush.
 
     Attributes:
-        tool: what it does: paint; smear, paint in the colours that it passed over; erase marks; bare, take
+        tool: what it does: paint; smear, paint in the colors that it passed over; erase marks; bare, take
             strokes of the scene away; dense, lay more of them; comb, turn them.
         camera: of the page.
         drawn: [n, 3] x and y, px, and pressure, 0 to 1.
@@ -242,7 +242,7 @@ def changed_by(stroke: HandStroke, before: Overpaint, below: Below) -> Overpaint
 def denser(area: Mask, before: Density | None, below: Below) -> Density | None:
     """Balls on the surface under an area [H, W] with more strokes than before; None without a surface.
 
-    Each has `MORE` times the factor of the ball around its centre that had most.
+    Each has `MORE` times the factor of the ball around its center that had most.
     """
     patches = erased_of_area(area, below)
     if patches is None:

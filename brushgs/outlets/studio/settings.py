@@ -65,7 +65,7 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True, rename="camel"):
     `stroke_size`, the typical length of strokes in pixels of the first view, replaces `strokes`. `lamp` is
     (azimuth, elevation), degrees. `ground` is one of `GROUNDS` or "#rrggbb". `stroke` is one of
     `Known.strokes` or the id of a dropped picture; `palette` is such an id or "none". `focus` is a ball of
-    denser strokes: centre and radius, world units. `part` is the part that is painted, as text of `--where`.
+    denser strokes: center and radius, world units. `part` is the part that is painted, as text of `--where`.
     `up` is an axis; `azimuth` that of the first view, degrees.
     """
 
@@ -248,7 +248,7 @@ class Film:
     Attributes:
         config: its kind, duration and size.
         cameras: first view of a turn, key views of a path, or the view of a clip.
-        center: [3] centre of a turn, world units; else None.
+        center: [3] center of a turn, world units; else None.
     """
 
     config: FilmConfig

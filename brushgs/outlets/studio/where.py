@@ -1,6 +1,6 @@
 """Find the strokes of a painting in a part of its scene, given as text in the page.
 
-The part is evaluated on the Gaussians of the scene; a stroke takes the mean of those around its centre. It is
+The part is evaluated on the Gaussians of the scene; a stroke takes the mean of those around its center. It is
 only shown: nothing is painted.
 """
 

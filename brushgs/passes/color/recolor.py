@@ -59,7 +59,7 @@ class Palette:
             )
         total = float(weights.sum(dtype=np.float64))
         if not total > 0:
-            raise ValueError("Palette: there must be a colour with a weight above zero, got none")
+            raise ValueError("Palette: there must be a color with a weight above zero, got none")
         colors, shares = Space(space).to(rgb), weights.astype(np.float64) / total
         mean = shares @ colors
         away = colors - mean

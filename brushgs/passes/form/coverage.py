@@ -1,6 +1,6 @@
 """Coverage of each stroke by its nearest neighbors: the share of light that they stop.
 
-A stroke is viewed along its thinnest axis, perpendicular to its surface. Only its nearest neighbours
+A stroke is viewed along its thinnest axis, perpendicular to its surface. Only its nearest neighbors
 count, so deep stacks of faint strokes are underestimated.
 """
 

@@ -127,7 +127,7 @@ def marks_in(where: str, image: Array, least_side: int) -> F64:
         )
     pairs = mark_pairs(*shrunk(image))
     if not pairs.any():
-        raise ValueError(f"{where}: image must show marks, got one even colour")
+        raise ValueError(f"{where}: image must show marks, got one even color")
     return pairs
 
 

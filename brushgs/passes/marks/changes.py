@@ -18,7 +18,7 @@ TOLERANCE = 2.0  # thicknesses of the erased surface: paint up to this far in fr
 def cut_of(strokes: Gaussians, erased: Erased) -> Cut | None:
     """The erased part of strokes; None if none of them lies on the erased surface.
 
-    A stroke lies on it if its centre is no farther above or below a disc than the radius plus its own size.
+    A stroke lies on it if its center is no farther above or below a disc than the radius plus its own size.
 
     Args:
         strokes: N strokes, at the moment of the erasure.

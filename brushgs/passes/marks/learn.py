@@ -2,7 +2,7 @@
 
     painted strokes -> features -> ridge regression of the changes -> strokes with similar features
 
-Features and kernel (bumps) are those of edit styles, with one bump per painted stroke. Learnt changes are
+Features and kernel (bumps) are those of edit styles, with one bump per painted stroke. Learned changes are
 weighted by the similarity of a stroke to painted ones.
 """
 
@@ -53,7 +53,7 @@ PAINT = 0.5  # alpha from which a texel counts in the extent of a mark
 FAINT = 0.02  # share of paint below which a stroke counts as bare
 SMALLEST, LARGEST = np.log(0.7), np.log(2.0)  # changes of log size, so that strokes keep covering
 SIZES = 0.3  # weight of a log size relative to a direction
-ELONGATED = 0.05  # minimum share of weights with a direction and a size for these to be learnt
+ELONGATED = 0.05  # minimum share of weights with a direction and a size for these to be learned
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +78,7 @@ class Covered:
 
 
 def covered(strokes: Gaussians, marks: Marks) -> Covered:
-    """Find the strokes whose centres lie below a mark; for a mark over no centre, the nearest stroke.
+    """Find the strokes whose centers lie below a mark; for a mark over no center, the nearest stroke.
 
     Args:
         strokes: of the scene.
@@ -120,7 +120,7 @@ def _extent(marks: Marks, mark: int) -> tuple[float, float]:
 
 
 def _below(marks: Marks, mark: int, means: F64, widths: F64, tree: cKDTree) -> tuple[Rows, F64, F64]:
-    """Strokes below a mark, with the alpha [k] and the colours [k, 3] of its paint there."""
+    """Strokes below a mark, with the alpha [k] and the colors [k, 3] of its paint there."""
     half = np.array([marks.lengths[mark], marks.widths[mark]]) / 2
     near = np.array(tree.query_ball_point(marks.means[mark], 2 * np.hypot(*half)), np.intp)
     offsets = means[near] - marks.means[mark]
@@ -143,7 +143,7 @@ def _below(marks: Marks, mark: int, means: F64, widths: F64, tree: cKDTree) -> t
 
 @dataclass(frozen=True, eq=False)
 class Continuation:
-    """Changes learnt from n painted strokes.
+    """Changes learned from n painted strokes.
 
     Attributes:
         first_view: of the scene, for the features.
@@ -152,7 +152,7 @@ class Continuation:
         all: the same for all strokes.
         colors: regression of changes in OKLab [3].
         shapes: regression of log sizes and directions [1 + D]: pairs relative to the long axes of strokes, or
-            tensors in space; None if no direction was learnt.
+            tensors in space; None if no direction was learned.
         in_space: whether directions are tensors.
     """
 
@@ -166,7 +166,7 @@ class Continuation:
 
     def __call__(self, strokes: Gaussians) -> tuple[Gaussians, int]:
         """The strokes, changed by their similarity to painted ones, and the number of changed ones."""
-        found = np.zeros((len(strokes), 6))  # changes of colour and log size, and a pair, times the likeness
+        found = np.zeros((len(strokes), 6))  # changes of color and log size, and a pair, times the likeness
         places, planes = _places(strokes, self.first_view), _planes(strokes, self.first_view)
         for first in range(0, len(strokes), ROWS_AT_A_TIME):
             some = slice(first, first + ROWS_AT_A_TIME)
@@ -183,7 +183,7 @@ class Continuation:
         if not changed.any():
             return strokes, 0
         pairs = found[:, 4:]
-        own = 1 - np.hypot(*pairs.T)  # own direction, weighted by what the learnt one leaves
+        own = 1 - np.hypot(*pairs.T)  # own direction, weighted by what the learned one leaves
         angles = np.where(pairs.any(axis=1), 0.5 * np.arctan2(pairs[:, 1], own + pairs[:, 0]), 0.0)
         rgb = base_colors(strokes.sh)
         steps = np.clip(rgb_of_oklab(oklab_of(rgb) + found[:, :3]), 0, 1) - rgb
@@ -306,9 +306,9 @@ def _fewer(places: F64, counts: F64) -> tuple[F64, F64]:
 
 
 def _planes(strokes: Gaussians, first_view: FirstView) -> Planes:
-    """Right-handed planes of strokes, with normals away from the centre of the subject.
+    """Right-handed planes of strokes, with normals away from the center of the subject.
 
-    Angles to the long axis then have the same sign on neighbouring strokes.
+    Angles to the long axis then have the same sign on neighboring strokes.
     """
     planes = Planes.of(strokes)
     along, normals = planes.axes[:, 0], planes.axes[:, 2]

@@ -15,7 +15,7 @@ from brushgs.values.arrays import F64, Mask, Rows
 
 LEAST_REACH = 16.0  # px, minimum reach of a piece
 MOST_REACH = 1 / 20  # maximum reach, as a share of the shorter side of the picture
-OVERLAP = 12.0  # px over which neighbours share the paint
+OVERLAP = 12.0  # px over which neighbors share the paint
 NEIGHBOURS = 4  # maximum number of pieces that share a pixel
 STEEP = 1.0
 APART = 1e6  # px between areas that do not touch

@@ -186,7 +186,7 @@ def _plane(pieces: Pieces, pixel: Rows, below: Below) -> tuple[F64, F64, F64]:
 
 
 def _fitted(points: F64) -> tuple[F64, F64]:
-    """Centre and normal of a plane fitted to points [P, 3], refitted without outliers."""
+    """Center and normal of a plane fitted to points [P, 3], refitted without outliers."""
     for _ in range(2):
         center = points.mean(axis=0)
         normal = np.linalg.svd(points - center, full_matrices=False)[2][2]

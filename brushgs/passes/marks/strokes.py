@@ -30,7 +30,7 @@ def strokes_of(marks: Marks) -> Gaussians:
 
 
 def brush_of(image: U8, name: str, *, is_turned: bool = False) -> StrokeTexture:
-    """A brush with its own colours, from a tile.
+    """A brush with its own colors, from a tile.
 
     Args:
         image: uint8 [h, w, 4], straight alpha.
@@ -45,6 +45,6 @@ def brush_of(image: U8, name: str, *, is_turned: bool = False) -> StrokeTexture:
 
 
 def mean_of(image: U8) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Mean colour of the paint of a tile, 0 to 1, [3]."""
+    """Mean color of the paint of a tile, 0 to 1, [3]."""
     weights = image[..., 3:].astype(np.float64)
     return np.asarray((weights * image[..., :3]).sum(axis=(0, 1)) / max(float(weights.sum()), 1.0) / 255)

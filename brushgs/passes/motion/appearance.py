@@ -29,7 +29,7 @@ class Appearance:
         looks: [n, 6] logarithms of the sizes, ascending, and RGB, 0 to 1.
         normals: [n, 3] shortest axis; its length is the flatness, 0 (balls and needles) to 1.
         weights: [n] > 0.
-        frame: centre and radius of the scene at the moment.
+        frame: center and radius of the scene at the moment.
         order: [n] rows along a space-filling curve.
     """
 
@@ -102,7 +102,7 @@ class Appearance:
 
     @cached_property
     def centered(self) -> F64:
-        """Positions [n, 3] in radii of the scene from its centre, contracted far from it."""
+        """Positions [n, 3] in radii of the scene from its center, contracted far from it."""
         return contracted(self.means, self.frame)[0]
 
     @cached_property
@@ -111,7 +111,7 @@ class Appearance:
         return self.centered / self.spacing
 
     def places(self, means: F64) -> F64:
-        """World points [q, 3] in spacings of this moment, contracted far from its centre."""
+        """World points [q, 3] in spacings of this moment, contracted far from its center."""
         return contracted(means, self.frame)[0] / self.spacing
 
     def keys(self, places: F64, looks: F64, unit: float, weight: float = 1.0) -> F32:
@@ -128,6 +128,6 @@ def among(keys: F32, others: Array) -> tuple[F64, Rows]:
 
 
 def mutual_nearest(keys: F32, others: F32) -> tuple[F64, Rows, Mask]:
-    """As `among`, and whether the pair is a mutual nearest neighbour, [q]."""
+    """As `among`, and whether the pair is a mutual nearest neighbor, [q]."""
     distances, rows = among(keys, others)
     return distances, rows, among(others, keys)[1][rows] == np.arange(len(keys))

@@ -35,7 +35,7 @@ class Bodies:
         areas: [n] projected areas of the members, see `merge_clusters`.
         opacities: [n] of the members.
         footprints: [k] areas of the strokes without overlap.
-        colors: [k, 3] mean view-independent colours of the members, display-encoded.
+        colors: [k, 3] mean view-independent colors of the members, display-encoded.
         painted: [k] joint opacity of the members, see `merge_clusters`.
     """
 

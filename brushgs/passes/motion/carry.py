@@ -1,8 +1,8 @@
 """Assign the Gaussians of consecutive moments to strokes, where rows do not correspond.
 
 Each moment starts from the strokes of the previous one. Every Gaussian first inherits the stroke of the
-Gaussian that it matches in the previous moment (`match`). It changes strokes only if another centre is
-clearly nearer (hysteresis), while the centres follow their members (Lloyd). Gaussians far from all strokes
+Gaussian that it matches in the previous moment (`match`). It changes strokes only if another center is
+clearly nearer (hysteresis), while the centers follow their members (Lloyd). Gaussians far from all strokes
 are unpainted: strokes are born there. Strokes that lose their matter sleep, then wake if it returns soon, or
 die. Strokes that come to overlap are merged; strokes that gain much matter and spread are cut in two. At the
 end of each step the number of strokes is brought near the target: the nearest pairs are merged if there are
@@ -23,13 +23,13 @@ from brushgs.passes.reduce.lloyd import assign, start
 from brushgs.values.arrays import F64, Mask, Rows
 
 NUM_STEPS = 2  # iterations of Lloyd per moment
-# Lengths are in stroke radii: the RMS distance of the members to their centre.
+# Lengths are in stroke radii: the RMS distance of the members to their center.
 NEAR = 2.0  # a Gaussian farther than this from its match in the previous moment is new
-WITHIN = 1.0  # a Gaussian nearer than this to the centre of its stroke never leaves it
-MARGIN = 0.7  # a Gaussian leaves if another centre is nearer by this factor
-REACH = 2.5  # a Gaussian that is new or left its stroke is unpainted if farther than this from all centres
-CLAIM = 1.25  # an unpainted Gaussian joins a stroke only if nearer than this to its centre
-CROWDED = 0.25  # strokes are merged if their centres are nearer than this, in mean radii of the two
+WITHIN = 1.0  # a Gaussian nearer than this to the center of its stroke never leaves it
+MARGIN = 0.7  # a Gaussian leaves if another center is nearer by this factor
+REACH = 2.5  # a Gaussian that is new or left its stroke is unpainted if farther than this from all centers
+CLAIM = 1.25  # an unpainted Gaussian joins a stroke only if nearer than this to its center
+CROWDED = 0.25  # strokes are merged if their centers are nearer than this, in mean radii of the two
 # Relative to the median stroke of the scene.
 LEAST_BIRTH = 0.25  # minimum mass for the birth of a stroke
 CUT = 0.05  # share of all mass: if more is new at once it is a cut, not flicker, and is painted immediately
@@ -40,7 +40,7 @@ ADAPTING = 0.1  # rate at which the usual mass and radius of a stroke adapt to t
 TOLERATED = 2.0  # factor by which matter that the caller left unpainted may grow and stay unpainted
 HORIZON = 0.1  # seconds of drift that are added to distances, so that what moves apart counts as apart
 SLEEP = 0.5  # seconds in which a stroke without matter can wake
-COVERED = np.array([0, 1, 2, 6, 7, 8])  # columns of the features: position and colour
+COVERED = np.array([0, 1, 2, 6, 7, 8])  # columns of the features: position and color
 LEAST_FOUND = 0.2  # share of a stroke's matter and members; with fewer matched, its matches are dropped
 WAITING = 0.1  # seconds; if moments are no farther apart, new matter must be present in two of them
 MOST_GROWTH = 1.5  # maximum factor of length in a step
@@ -67,7 +67,7 @@ class Carrier(Members):
     """Carries strokes from moment to moment.
 
     Attributes:
-        frame: centre and radius of the scene.
+        frame: center and radius of the scene.
         accepted: [n] mass of each Gaussian that the caller left unpainted in the first moment.
         is_waiting: [n] whether each was already unpainted in the previous moment: matter that appears for a
             single moment gets no stroke.
@@ -106,7 +106,7 @@ class Carrier(Members):
             rows: its rows that have a stroke.
             labels: their strokes, 0 to m - 1, each in use.
             is_painted: [m] whether a stroke is painted and counts towards `target`.
-            frame: centre and radius of the scene.
+            frame: center and radius of the scene.
             target: number of strokes at every moment; None for no limit.
         """
         num_strokes = len(is_painted)
@@ -157,7 +157,7 @@ class Carrier(Members):
         strokes, labels = self.strokes, np.full(len(matter), NOBODY)
         for _ in range(NUM_STEPS if len(strokes.open) else 0):
             labels = self._settled(matter, drifts, own, ~was_unpainted, is_only)
-            # New matter does not move centres yet: strokes at its border would run into it.
+            # New matter does not move centers yet: strokes at its border would run into it.
             self.center(matter, np.where(is_only, labels, NOBODY))
         self.matter, self.labels, self.accepted = matter, labels, accepted
         self.is_waiting = was_unpainted
@@ -286,7 +286,7 @@ class Carrier(Members):
         return labels
 
     def _cover(self, matter: Matter, labels: Rows, is_free: Mask) -> None:
-        """Give unpainted Gaussians to a stroke of their position and colour with at least their mass.
+        """Give unpainted Gaussians to a stroke of their position and color with at least their mass.
 
         Size and shape do not count: such a place is already painted.
         """

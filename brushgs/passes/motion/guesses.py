@@ -23,7 +23,7 @@ LEAST_AGREEING = 0.03  # share of all pairs
 LEAST_GAIN = 3.0  # factor of the number of pairs that agree after partners are shuffled
 MOST_GROWTH = 2.5  # factor of size of a body between moments
 TURN_STEP = 15.0  # degrees, of the tried rotations
-NUM_TRIED, NUM_TARGETS = 600, 3600  # Gaussians rotated, and those among which neighbours are searched
+NUM_TRIED, NUM_TARGETS = 600, 3600  # Gaussians rotated, and those among which neighbors are searched
 LOOKS_WEIGHT = 0.125  # of looks, relative to a radius of the scene
 NUM_REFINED, NUM_ROUNDS = 3, 12  # best rotations refined, and rounds of iterative closest points (ICP)
 TRIMMED = 0.8  # share of the Gaussians that count: the nearest
@@ -156,7 +156,7 @@ def _normalized(moment: Appearance, means: F64) -> F64:
 
 
 def _in_world(motion: Motion, before: Appearance, after: Appearance) -> Motion:
-    """A motion of normalised positions, converted to world units."""
+    """A motion of normalized positions, converted to world units."""
     (center, radius), (new_center, new_radius) = before.frame, after.frame
     matrix = motion[0] * (new_radius / radius)
     return matrix, new_center + new_radius * motion[1] - matrix @ center

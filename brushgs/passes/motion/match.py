@@ -3,7 +3,7 @@
 First guesses (`guesses`) give rough motions of bodies; each of a few hundred nodes takes the one that best
 fits its surroundings. Pairs that look alike and lie near each other then refine the nodes in rounds of
 shrinking reach: a field of affine maps, as in embedded deformation. Finally each Gaussian is searched for
-where the field moves it, and unmatched ones where their neighbours went.
+where the field moves it, and unmatched ones where their neighbors went.
 Source: Besl and McKay 1992, A method for registration of 3-D shapes (iterative closest points); Lowe 2004,
 Distinctive image features (ratio to the second-best match); Sumner et al. 2007, Embedded deformation (nodes,
 blended by distance).
@@ -24,7 +24,7 @@ NUM_NODES = 300
 ROWS_A_NODE = 30  # minimum
 NUM_BLENDED, NUM_FITTED, NUM_SMOOTHED = 4, 3, 9  # nodes: of a point, of a pair, around a node
 NUM_SAMPLED, NUM_JUDGED = 5000, 1500  # Gaussians that fit the field, and that judge guesses
-COLOR_APART, MOTION_APART = 0.2, 4.0  # weights of colour and last motion in distances to nodes, in radii
+COLOR_APART, MOTION_APART = 0.2, 4.0  # weights of color and last motion in distances to nodes, in radii
 # Lengths in spacings. Guesses are compared at the unit `COARSE`; rounds shrink to `LEAST_REACH`.
 COARSE, FIRST_REACH, MOST_REACH, LEAST_REACH, SHRINK = 8.0, 12.0, 100.0, 1.5, 0.65
 MOST_AWAY = 2.0  # the next reach is at most `LEAST_REACH` plus this times the 90 % quantile of distances
@@ -38,7 +38,7 @@ LOOKS_WEIGHT = 2.0  # of looks in the final search, relative to one spacing
 REACH_LOOKS_WEIGHT = 3.0  # the same relative to a quarter of `MOST_REACH`, when choosing the first reach
 NEAR = 2.0  # spacings from the expected position; farther Gaussians are not the same
 NORMAL_COST, LOOKS_COST = 1.0, 0.75  # weights of differences of normals and looks, relative to one spacing
-NUM_SPREADS, NUM_SPREADING = 4, 6  # rounds of spreading pairs to unmatched Gaussians; neighbours tried
+NUM_SPREADS, NUM_SPREADING = 4, 6  # rounds of spreading pairs to unmatched Gaussians; neighbors tried
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Match:
     Attributes:
         places: [n, 3] predicted positions now of the Gaussians before, world units.
         was: [m] for each Gaussian now, the most similar row before.
-        is_same: [m] whether the two match: mutual nearest neighbours, and near.
+        is_same: [m] whether the two match: mutual nearest neighbors, and near.
         steps: [m, 3] displacement of each Gaussian now, world units.
         motion: affine motion of the whole scene; None if too few match.
     """
@@ -155,7 +155,7 @@ class _Flow:
         return replace(self, matrices=matrices, shifts=shifts)
 
     def smoothed(self) -> "_Flow":
-        """The flow with each node set to the median of the motions of its neighbourhood at its centre."""
+        """The flow with each node set to the median of the motions of its neighborhood at its center."""
         moved = np.einsum("nkij,nj->nki", self.matrices[self.neighbours], self.centers)
         middle = np.median(moved + self.shifts[self.neighbours], axis=1)
         matrices = np.median(self.matrices[self.neighbours], axis=1)

@@ -38,7 +38,7 @@ class Matter:
 
     @classmethod
     def of(cls, gaussians: Gaussians, frame: SceneFrame | None = None) -> "Matter":
-        """The matter of Gaussians; `frame` is the centre and radius of the scene, None to compute them."""
+        """The matter of Gaussians; `frame` is the center and radius of the scene, None to compute them."""
         order = np.argsort(gaussians.scales, axis=1)
         scales = np.take_along_axis(gaussians.scales, order, axis=1).astype(np.float64)
         axes = np.take_along_axis(rotation_matrices(gaussians.quats), order[:, None, :], axis=2)
@@ -59,7 +59,7 @@ class Matter:
     def nearest(
         self, centers: F64, is_asked: Mask | None = None, more: F64 | None = None
     ) -> tuple[F64, Rows]:
-        """Distances [n] to the nearest of centres [k, D], and its row [n]; both 0 where not `is_asked`.
+        """Distances [n] to the nearest of centers [k, D], and its row [n]; both 0 where not `is_asked`.
 
         `more` [n, D - 9] are additional columns of the points.
         """
@@ -68,7 +68,7 @@ class Matter:
         if more is not None:
             points = np.concatenate([points, more[order]], axis=1, dtype=np.float32)
         distances, rows = np.zeros(len(self)), np.zeros(len(self), np.intp)
-        # Order along the curve keeps neighbours in the cache: 4 times as fast as shuffled rows.
+        # Order along the curve keeps neighbors in the cache: 4 times as fast as shuffled rows.
         distances[order], rows[order] = assign(points, centers)
         return distances, rows
 

@@ -9,9 +9,9 @@ from brushgs.passes.reduce.split import cut
 from brushgs.values.arrays import F64, Mask, Rows
 
 NOBODY = -1  # label of unpainted Gaussians
-STRAY = 2.0  # radii: distance from the centre at which a Gaussian has half its weight
+STRAY = 2.0  # radii: distance from the center at which a Gaussian has half its weight
 LEAST_RADIUS = 0.25  # of the median radius
-MASS_POWER = 0.375  # exponent of masses in the weights of centres, see `cluster.cluster_weights`
+MASS_POWER = 0.375  # exponent of masses in the weights of centers, see `cluster.cluster_weights`
 
 
 @dataclass(eq=False)
@@ -20,7 +20,7 @@ class Strokes:
 
     Attributes:
         centers: [m, 9] in the space of `Matter.points`.
-        radii: [m] > 0, RMS distance of the members to the centre, slowly adapting.
+        radii: [m] > 0, RMS distance of the members to the center, slowly adapting.
         masses: [m] usual painted area, slowly adapting.
         lost: [m] seconds without matter: 0 if alive, infinite if dead.
         drifts: [m, 3] velocity of their members, in the space of `Matter.points`, per second.
@@ -75,7 +75,7 @@ class Members:
     born: Rows = field(default_factory=lambda: np.arange(0), kw_only=True)
 
     def center(self, matter: Matter, labels: Rows) -> None:
-        """Move centres to the mean of their members, outliers downweighted; empty strokes stay."""
+        """Move centers to the mean of their members, outliers downweighted; empty strokes stay."""
         rows = np.flatnonzero(labels >= 0)
         some, weights = labels[rows], weights_of(matter.masses)[rows]
         radii = self.strokes.radii[some]
@@ -188,7 +188,7 @@ class Members:
 
 
 def weights_of(masses: F64) -> F64:
-    """Weights > 0 of Gaussians in centres, from their masses."""
+    """Weights > 0 of Gaussians in centers, from their masses."""
     largest = float(masses.max(initial=0.0))
     if not largest > 0:
         return np.ones(len(masses))

@@ -73,7 +73,7 @@ class Poses:
         self._look_around(first, np.bincount(labels[labels >= 0], minlength=num) > 0)
 
     def _look_around(self, first: int, is_there: Mask) -> None:
-        """Store the neighbours of the strokes from `first` on, and the offsets to them."""
+        """Store the neighbors of the strokes from `first` on, and the offsets to them."""
         from brushgs.passes.neighbours import nearest
 
         numbers = np.arange(first, len(self.pivots))
@@ -147,7 +147,7 @@ class Poses:
 
     def rows(self, masses: F64) -> F32:
         """Rows of a `StrokeMotion` [m, 12], but since birth, with masses as opacity and with absolute size
-        and colour.
+        and color.
         """
         rows = np.empty((len(self.pivots), NUM_NUMBERS))
         rows[:, SHIFT] = self.pivots - self.origins
@@ -200,7 +200,7 @@ class Film:
 def members_of(
     matter: Matter, labels: Rows, num: int, near: Poses | None = None
 ) -> tuple[F64, F64, F64, F64]:
-    """Masses [num], means [num, 3], log sizes [num] and mean colours [num, 3] of strokes by their members.
+    """Masses [num], means [num, 3], log sizes [num] and mean colors [num, 3] of strokes by their members.
 
     All are 0 for a stroke without members. Members far from the poses `near` are downweighted, so that new
     matter at the border of a stroke hardly pulls it.

@@ -26,7 +26,7 @@ from brushgs.values.moving import MovingScene
 
 NUMBERS_AT_A_TIME = 1 << 22  # numbers of a table in memory while it is finished
 # A stroke rests if no part of it ever moves by more than this share of its second-longest axis, the visible
-# width, and no factor or colour changes by more than `REST_CHANGE`.
+# width, and no factor or color changes by more than `REST_CHANGE`.
 REST_SHARE = 0.01
 REST_CHANGE = 0.01
 

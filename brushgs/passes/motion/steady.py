@@ -1,4 +1,4 @@
-"""Remove jitter from values over time: a bilateral mean over neighbouring moments."""
+"""Remove jitter from values over time: a bilateral mean over neighboring moments."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ def steadied(values: F32, times: F64, tolerances: F64, is_there: Mask, most: flo
 
     A moment whose value differs by the tolerance has weight 0.6, by three times as much 0.01: jumps are not
     smeared, and uniform motion is unchanged. The tolerance is raised to three times the measured noise, the
-    median deviation from the mean of both neighbours, but to at most `most` times the given one.
+    median deviation from the mean of both neighbors, but to at most `most` times the given one.
     Source: Tomasi and Manduchi 1998, Bilateral filtering (there of images).
 
     Args:

@@ -17,9 +17,9 @@ from brushgs.values.arrays import F64, Mask, Rows
 from brushgs.values.quats import rotation_matrices, turn_forms
 
 NUM_NEIGHBOURS = 8
-NUM_ROUNDS = 3  # of reweighting pairs and neighbours by agreement
+NUM_ROUNDS = 3  # of reweighting pairs and neighbors by agreement
 STRAY = 0.5  # sizes of a stroke: deviation from the other pairs at which a pair has half its weight
-APART = 0.1  # the same for neighbours, as a share of their distance
+APART = 0.1  # the same for neighbors, as a share of their distance
 PRIOR = 0.02  # weight of no rotation, for lack of other evidence
 MOST_GROWTH = 0.4  # maximum change of log size in a step: more means other members, not growth
 
@@ -32,7 +32,7 @@ class Step:
         pivots: [m, 3] positions of the pivots now, world units.
         turns: [m, 4] rotations, quaternions.
         growths: [m] logarithms of the factors of size.
-        colors: [m, 3] changes of colour, RGB.
+        colors: [m, 3] changes of color, RGB.
     """
 
     pivots: F64
@@ -137,7 +137,7 @@ def _turns(x: F64, y: F64, covars: F64, sizes: F64) -> F64:
     others = nearest(x, x, count)[1]
     to_x, to_y = x[others] - x[:, None], y[others] - y[:, None]
     expected = to_x
-    # A neighbour larger than its distance, such as a long thin one, must not turn smaller strokes.
+    # A neighbor larger than its distance, such as a long thin one, must not turn smaller strokes.
     apart = np.einsum("kni,kni->kn", to_x, to_x)
     shares = np.minimum(1.0, apart / np.maximum(sizes[others], 1e-300))
     shares[others == np.arange(len(x))[:, None]] = 1.0

@@ -1,12 +1,12 @@
-"""The cell of each Gaussian in a scene: a number for its position, size and colour.
+"""The cell of each Gaussian in a scene: a number for its position, size and color.
 
 Space is the contracted one of `features`: a cube of four radii of the scene, halved along x, y and z in turn.
 The depth of a cell is the number of halvings. A Gaussian lies in a cell of about its own size, so it only
 shares one with Gaussians of similar size. If there are too many cells, the deepest move into their parents,
-one halving at a time, so small Gaussians are merged before large ones. Gaussians of different colour never
+one halving at a time, so small Gaussians are merged before large ones. Gaussians of different color never
 share a cell: each channel is light or dark.
 
-The number of a cell of depth b is 1, b bits of the Morton code of its corner, and three bits of the colour.
+The number of a cell of depth b is 1, b bits of the Morton code of its corner, and three bits of the color.
 Source: Gargantini 1982, An Effective Way to Represent Quadtrees (linear trees; the leading 1 is common lore).
 """
 
@@ -26,7 +26,7 @@ MOST_DEPTH = 3 * AXIS_BITS
 COLOR_BITS = 3
 EXTENT = 4.0  # radii: contracted positions lie in -2 to 2
 # Of a Gaussian's own cell, in mean standard deviations. The truck's 116,000 Gaussians in 30,000 cells make a
-# plain picture of 23.6 dB at 2 and of 19.9 dB at 8, in as many cells of eight colours 25.0; 27 colours, each
+# plain picture of 23.6 dB at 2 and of 19.9 dB at 8, in as many cells of eight colors 25.0; 27 colors, each
 # with larger cells, gain nothing more.
 SIDE = 2.0
 
@@ -37,7 +37,7 @@ def cell_keys(gaussians: Gaussians, areas: F64, frame: SceneFrame) -> Keys:
     Args:
         gaussians: N Gaussians.
         areas: [N] their `projected_areas`, world units squared.
-        frame: centre and radius of the scene, see `robust_frame`; outliers have cells too.
+        frame: center and radius of the scene, see `robust_frame`; outliers have cells too.
     """
     places, factors = contracted(gaussians.means, frame)
     steps = np.clip((places + EXTENT / 2) * (2**AXIS_BITS / EXTENT), 0, 2**AXIS_BITS - 1).astype(np.uint64)

@@ -25,7 +25,7 @@ def cell_sums(gaussians: Gaussians, frame: SceneFrame) -> CellSums:
 
     Args:
         gaussians: any rows of a scene.
-        frame: approximate centre and radius of the whole scene, see `robust_frame`; the same for all blocks.
+        frame: approximate center and radius of the whole scene, see `robust_frame`; the same for all blocks.
     """
     gaussians = replace(gaussians, finest=usual_finest(frame[1]))
     keys = cell_keys(gaussians, seen_areas(gaussians), frame)

@@ -20,7 +20,7 @@ FIRST = slice(3, 6)  # weight x position
 SECOND = slice(6, 12)  # weight x (covariance + position x position), upper triangle
 COLOR = 12  # weight x spherical harmonics, from here on, term by term
 UPPER = np.triu_indices(3)
-LEAST_AREA = 1e-100  # world units squared: Gaussians without paint keep position, shape and colour
+LEAST_AREA = 1e-100  # world units squared: Gaussians without paint keep position, shape and color
 LEAST_OPACITY = 1e-12
 ROWS_AT_A_TIME = 1 << 15
 

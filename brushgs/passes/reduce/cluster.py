@@ -3,7 +3,7 @@
 Three steps, each usable alone: `features.cluster_features` defines similarity, `group` finds the clusters by
 k-means, `merge.merge_clusters` makes one Gaussian of each. With views of the scene strokes go where pictures
 need them: visible Gaussians weigh most (`seen`), clusters that differ from the pictures are cut (`split`),
-and strokes get the colours of the pictures at their positions.
+and strokes get the colors of the pictures at their positions.
 """
 
 import operator
@@ -56,9 +56,9 @@ class Grouping:
         method: one of `METHODS`; "none" if there was nothing to group.
         reason: why this method, in words.
         num_steps: Lloyd steps, or passes over the data.
-        inertia: sum of weight x squared feature distance to the nearest centre.
+        inertia: sum of weight x squared feature distance to the nearest center.
         num_split: number of clusters that were made by cutting others, see `split`.
-        gaussians: the Gaussians, in the colours to merge.
+        gaussians: the Gaussians, in the colors to merge.
         visible: [N] visibility of each, for the merge; None if not computed.
         parents: one array per round of splitting, in order: for each cluster after the round its cluster
             before.
@@ -140,7 +140,7 @@ def group(
     economy: float = 0.0,
     cameras: Sequence[Camera] = (),
 ) -> Grouping:
-    """Find clusters of similar neighbours by k-means. Arguments and errors are those of `cluster`.
+    """Find clusters of similar neighbors by k-means. Arguments and errors are those of `cluster`.
 
     `worth_keeping` is that of `split`: if strokes are not worth keeping, more than `num_strokes` clusters are
     returned. `motion` [N, m] are further features, at most 7, in radii of the scene, to separate Gaussians
@@ -224,7 +224,7 @@ def _group_seen(
     """Clusters of Gaussians by their visibility in views."""
     gaussians, weights = seen.gaussians, seen.weights(focus)
     points = _points(gaussians, features, motion)
-    # Merged colours are weighted by opacity x area x this, the visible area.
+    # Merged colors are weighted by opacity x area x this, the visible area.
     areas = seen_areas(gaussians)
     largest = gaussians.opacities * areas
     visible = seen.areas / np.maximum(largest, largest.max() * 1e-12)
@@ -301,10 +301,10 @@ def choose_method(num_points: int, num_clusters: int) -> tuple[Literal["minibatc
 
 
 def cluster_weights(gaussians: Gaussians, visible: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
-    """[N] weights of Gaussians in k-means: contribution^(3/8) x colour detail, relative to the largest.
+    """[N] weights of Gaussians in k-means: contribution^(3/8) x color detail, relative to the largest.
 
     Linear weights would spend all clusters on the few largest Gaussians, equal weights on the many hidden
-    ones. Large Gaussians of one colour, such as a wall, need few strokes: detail (`color_detail`, at most
+    ones. Large Gaussians of one color, such as a wall, need few strokes: detail (`color_detail`, at most
     0.1, plus 0.01) moves them to areas with more detail. In trained scenes nearly all areas reach that
     maximum.
 

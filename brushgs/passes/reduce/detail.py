@@ -1,4 +1,4 @@
-"""Variation of colour around each Gaussian: where it is large, a painting needs more strokes."""
+"""Variation of color around each Gaussian: where it is large, a painting needs more strokes."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +10,10 @@ from brushgs.values.gaussians import Gaussians
 
 
 def color_detail(gaussians: Gaussians) -> NDArray[np.float64]:
-    """Standard deviation of base colours among neighbours, [N], 0 to about 0.9.
+    """Standard deviation of base colors among neighbors, [N], 0 to about 0.9.
 
-    Neighbours are groups of 16 that follow each other on the Morton curve of the positions. In trained
-    scenes nearly all values lie above 0.05; on surfaces of one colour they are below 0.01.
+    Neighbors are groups of 16 that follow each other on the Morton curve of the positions. In trained
+    scenes nearly all values lie above 0.05; on surfaces of one color they are below 0.01.
 
     Args:
         gaussians: N Gaussians.

@@ -38,7 +38,7 @@ def row_hashes(*columns: Array) -> NDArray[np.uint64]:
 def chances(places: Array, seed: int, draw: int) -> NDArray[np.float64]:
     """[N] uniform random numbers in [0, 1), one for each position: a hash of position and seed.
 
-    Passes that must be independent use different draws: broken colour 0 to 3, the choice of brushes 4, styles
+    Passes that must be independent use different draws: broken color 0 to 3, the choice of brushes 4, styles
     5 and 6.
     """
     states = (row_hashes(places) ^ np.uint64(seed * GOLDEN % 2**64)) + np.uint64((draw + 1) * GOLDEN % 2**64)

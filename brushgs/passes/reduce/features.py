@@ -16,25 +16,25 @@ from brushgs.values.sh import base_colors
 COLOR_WEIGHT = 0.07
 
 
-SceneFrame = tuple[NDArray[np.float64], float]  # centre [3] and radius of a scene, world units
+SceneFrame = tuple[NDArray[np.float64], float]  # center [3] and radius of a scene, world units
 
 
 def cluster_features(
     gaussians: Gaussians, features: Features = "balanced", *, frame: SceneFrame | None = None
 ) -> NDArray[np.float32]:
-    """Position, linear scales and base colour of each Gaussian, [N, 9].
+    """Position, linear scales and base color of each Gaussian, [N, 9].
 
     "paper" takes them unchanged, so the result depends on the unit of the scene. "balanced" measures
-    positions and scales in radii of the scene from its centre (see `robust_frame`) and weights colour by
+    positions and scales in radii of the scene from its center (see `robust_frame`) and weights color by
     `COLOR_WEIGHT`; beyond one radius positions and scales are contracted to less than two radii, as
-    perspective does in a view from the middle: outliers at 1e7 radii cannot claim all clusters. Colour is
+    perspective does in a view from the middle: outliers at 1e7 radii cannot claim all clusters. Color is
     clamp(0.5 + C0 sh_0, 0, 1).
     Source: Xiang et al. 2025, section 3.2 ("paper"); Barron et al. 2022, Mip-NeRF 360, eq. 10 (contraction).
 
     Args:
         gaussians: N Gaussians.
         features: see above.
-        frame: for "balanced", centre and radius of the scene; None for those of these Gaussians. All moments
+        frame: for "balanced", center and radius of the scene; None for those of these Gaussians. All moments
             of a moving scene need the same frame, or still parts would move.
     """
     if features == "paper":
@@ -68,11 +68,11 @@ def spans_of(gaussians: Gaussians, points: NDArray[np.float32]) -> NDArray[np.fl
 def contracted(
     means: Array, frame: SceneFrame | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Positions in radii of the scene from its centre, contracted beyond one radius to less than two.
+    """Positions in radii of the scene from its center, contracted beyond one radius to less than two.
 
     Args:
         means: [N, 3] points.
-        frame: centre and radius of the scene; None for those of these points.
+        frame: center and radius of the scene; None for those of these points.
 
     Returns:
         The positions [N, 3], and the factor on lengths there [N, 1].

@@ -1,8 +1,8 @@
 """Floaters: Gaussians, alone or in small groups, that float in the air detached from everything solid.
 
-Distance alone does not identify them: a large Gaussian far from its neighbours may be a wall, a small one at
+Distance alone does not identify them: a large Gaussian far from its neighbors may be a wall, a small one at
 the same distance a speck of dust. So two Gaussians touch if their visible extents meet along the line between
-them. Gaussians with many touching neighbours form groups (DBSCAN); groups that are large or solid are bodies,
+them. Gaussians with many touching neighbors form groups (DBSCAN); groups that are large or solid are bodies,
 together with Gaussians attached by a short chain (grass, wires, whiskers). All others are detached, and are
 floaters if the nearest body is far for the scene.
 
@@ -27,7 +27,7 @@ FAINTEST = 0.02  # opacity at which the visible extent of a Gaussian ends
 # The 99th percentile of the opacities is 0.83 and more in real scenes. If it is below this, the whole scene
 # is faint, and its opacities are scaled up to this.
 STRONG = 0.8
-MANY = 6  # touching neighbours of a core Gaussian (DBSCAN): a dense fog of strays has fewer
+MANY = 6  # touching neighbors of a core Gaussian (DBSCAN): a dense fog of strays has fewer
 CHAIN = 4  # longest chain of Gaussians attached to a body
 # A smaller group is a body only if it is solid: its opacities sum to SOLID, or SOLID_HAZE where their mean is
 # below HAZE. The groups around koala and chair sum to at most 1.6 and 3.0 (those above 2 are haze: mean below
@@ -44,13 +44,13 @@ VISIBLE = 1e-4
 # the chair with its haze 0.04.
 MOST_ROWS = 0.3
 FEWEST_ROWS = 200
-# Edge of a cell in radii, and the minimum sum of opacities in a cell and its 26 neighbours that is part of a
+# Edge of a cell in radii, and the minimum sum of opacities in a cell and its 26 neighbors that is part of a
 # body: more than any floater has. Against a full search on eight scenes, 9 of the chair's 4161 sure floaters
 # are missed, and no other.
 CELL, DENSE = 0.02, 8.0
 _MAX_CELLS = 1 << 20  # to each side of the middle; farther Gaussians share a cell
 LARGEST = 1e6  # scale, in radii: squares of larger ones might leave the range of float32
-_ROWS_AT_A_TIME = 1 << 16  # their neighbours take some 100 MB
+_ROWS_AT_A_TIME = 1 << 16  # their neighbors take some 100 MB
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def _in_dense_cells(means: Array, opacities: Array, radius: float) -> Mask:
 def _touching_pairs(
     gaussians: Gaussians, opacities: Array, radius: float, rows: Rows
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """All pairs of the given rows and their neighbours that touch, each pair once."""
+    """All pairs of the given rows and their neighbors that touch, each pair once."""
     count = min(NUM_NEIGHBOURS + 1, len(gaussians))
     distances, near = nearest(gaussians.means, gaussians.means[rows], count)
     involved, place = np.unique(np.concatenate([rows, near.ravel()]), return_inverse=True)

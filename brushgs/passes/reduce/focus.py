@@ -110,7 +110,7 @@ def contrast(factors: Sequence[float] | F64) -> float:
 
 
 def _inside(distances: F64, radius: float) -> F64:
-    """How far points are inside a sphere, 0 to 1, from their distances to its centre; 1/2 at its surface."""
+    """How far points are inside a sphere, 0 to 1, from their distances to its center; 1/2 at its surface."""
     return smoothstep(0.5 - (distances / radius - 1) / (2 * EDGE))
 
 

@@ -1,4 +1,4 @@
-"""k-means by Lloyd's algorithm, in the core: points to the nearest centre, centres to their mean.
+"""k-means by Lloyd's algorithm, in the core: points to the nearest center, centers to their mean.
 
 The k-d tree of the core gives what SciPy's gives, bit for bit, in about the same time, but the import of
 that alone takes as long as all steps on a scene of 50,000 Gaussians.
@@ -22,7 +22,7 @@ GAIN = 1e-3  # a step that reduces the inertia by less than this share is the la
 class Clusters(NamedTuple):
     """Labels [N] of k-means, 0 to num_clusters - 1, and their inertia.
 
-    The inertia is the sum of weight x squared distance to the nearest of the final centres.
+    The inertia is the sum of weight x squared distance to the nearest of the final centers.
     """
 
     labels: NDArray[np.int32]
@@ -51,8 +51,8 @@ def lloyd(
         gain: share of the inertia by which a step must reduce it.
 
     Returns:
-        At most k clusters, none empty: fewer only if there are fewer distinct points. A centre without points
-        restarts at the point with the largest weighted squared distance to its centre.
+        At most k clusters, none empty: fewer only if there are fewer distinct points. A center without points
+        restarts at the point with the largest weighted squared distance to its center.
     """
     found = _core.find_clusters(
         points=np.ascontiguousarray(points),
@@ -67,10 +67,10 @@ def lloyd(
 
 
 def start(points: F32, weights: NDArray[np.float64], num_clusters: int, seed: int = 0) -> NDArray[np.float64]:
-    """First centres [k, D] of `lloyd`, for points in the order of a space-filling curve.
+    """First centers [k, D] of `lloyd`, for points in the order of a space-filling curve.
 
-    Centres are drawn in rounds, by systematic sampling along the points: by weight, then by weight x squared
-    distance to the nearest centre so far; k is below `num_clusters` only if there are fewer distinct points.
+    Centers are drawn in rounds, by systematic sampling along the points: by weight, then by weight x squared
+    distance to the nearest center so far; k is below `num_clusters` only if there are fewer distinct points.
     """
     centers = _core.start_centers(
         np.ascontiguousarray(points),
@@ -88,6 +88,6 @@ def _draws(num_clusters: int, seed: int) -> NDArray[np.float64]:
 
 
 def assign(points: F32, centers: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """Distances [N] to the nearest centre, and its index [N]: the first of equally near ones."""
+    """Distances [N] to the nearest center, and its index [N]: the first of equally near ones."""
     assert 1 <= points.shape[1] <= _core.MOST_DIMENSIONS, "the core supports no more"
     return _core.nearest(points, centers, num_threads_or_default(None))

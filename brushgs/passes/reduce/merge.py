@@ -6,13 +6,13 @@ With "cover" the merged Gaussian paints what its members painted, where they pai
 - Members, and so their mean, are weighted by opacity x mean projected area. Areas are as visible in pictures
   (see `finest`): a needle is as wide as the low-pass of the renderer.
 - The covariance follows the law of total variance, within + between. The part between is multiplied by
-  `overlap`, so that neighbouring strokes overlap as paint does, and by more where a single layer of strokes
+  `overlap`, so that neighboring strokes overlap as paint does, and by more where a single layer of strokes
   would leave gaps (see core/include/brushgs/gaps.hpp); a lone member keeps its covariance.
 - The opacity is the probability that a ray through the footprint (without `overlap`) is stopped if members
   lie anywhere in it: 1 - product of (1 - opacity_i x min(1, area_i / area)). For one member that is its own
   opacity, for equal ones that of the stack, for many small ones the Beer-Lambert law. Clusters with outliers
   or needles therefore fade, since they extend over area that their members do not cover.
-- Colours are also weighted by visibility: the dark inside of a fur does not mix with its surface.
+- Colors are also weighted by visibility: the dark inside of a fur does not mix with its surface.
 
 Sums run in float64, in row order: equal input gives equal output, bit for bit.
 """
@@ -121,7 +121,7 @@ def _cover(
 ) -> Gaussians:
     finest = finest_of(gaussians)
     columns = [np.ascontiguousarray(getattr(gaussians, name)) for name in GAUSSIAN_COLUMNS]
-    merged = tuple(np.empty((num, *column.shape[1:]), column.dtype) for column in columns)
+    merged: Any = tuple(np.empty((num, *column.shape[1:]), column.dtype) for column in columns)
     _core.cover_members(
         **dict(zip(GAUSSIAN_COLUMNS, columns, strict=True)),
         areas=np.ascontiguousarray(seen_areas(gaussians) if areas is None else areas),

@@ -1,4 +1,4 @@
-"""Points in space -> their order along the Morton curve: neighbours on the curve are near in space."""
+"""Points in space -> their order along the Morton curve: neighbors on the curve are near in space."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ _INTERLEAVE = (
 def morton_order(points: NDArray[np.floating[Any]]) -> NDArray[np.intp]:
     """Rows of points [N, 3] sorted by Morton code, ties by row.
 
-    All axes are quantised to the same 2^21 steps over the largest extent: three of 21 bits fill 63.
+    All axes are quantized to the same 2^21 steps over the largest extent: three of 21 bits fill 63.
     """
     return np.asarray(_core.morton_order(np.ascontiguousarray(points), num_threads_or_default(None)))
 

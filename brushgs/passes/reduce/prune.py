@@ -27,7 +27,7 @@ def prune(
     """Keep the Gaussians of highest weight.
 
     "contribution" is opacity x mean projected area x the share of directions from which the Gaussian is
-    visible. Among neighbours of equal contribution, dropped rows are spread between kept ones, so that the
+    visible. Among neighbors of equal contribution, dropped rows are spread between kept ones, so that the
     cover thins evenly. With 50 % of the rows, the PSNR of the plain picture to that of the whole scene on
     koala, chair, truck, skull and biker is 37.7, 31.3, 28.3, 31.3 and 36.0 dB by contribution; without the
     spread 38.2, 31.3, 27.8, 30.8 and 35.5; and without the visible share 29.9, 31.1, 27.9, 28.2 and 33.0.
@@ -99,7 +99,7 @@ def num_spare(weights: NDArray[np.float64], ranked: NDArray[np.float64]) -> int:
 
 
 def intensities(gaussians: Gaussians) -> NDArray[np.float64]:
-    """The published importance: opacity x trace of the covariance x luminance of the base colour, [N]."""
+    """The published importance: opacity x trace of the covariance x luminance of the base color, [N]."""
     traces = sum(gaussians.scales[:, axis].astype(np.float64) ** 2 for axis in range(3))
     return np.asarray(gaussians.opacities * traces * (base_colors(gaussians.sh) @ LUMINANCE))
 

@@ -1,8 +1,8 @@
 """Clusters of k-means -> clusters that never mix regions, about as many and nearly as tight.
 
-A stroke in two regions would mix their colours. Cutting the clusters of k-means at the border would make
-slivers, and more clusters than requested; instead the heaviest pieces are kept as centres, and the points of
-each region go to the nearest centre of their region.
+A stroke in two regions would mix their colors. Cutting the clusters of k-means at the border would make
+slivers, and more clusters than requested; instead the heaviest pieces are kept as centers, and the points of
+each region go to the nearest center of their region.
 """
 
 from typing import Any
@@ -52,7 +52,7 @@ def keep_pure(found: Clusters, points: F32, weights: F64, gaussians: Gaussians, 
 
 
 def _heaviest(masses: NDArray[Any], most: int) -> NDArray[np.bool_]:
-    """Mask [k, K] of the pieces of clusters that get a centre: first the heaviest of each region, then any.
+    """Mask [k, K] of the pieces of clusters that get a center: first the heaviest of each region, then any.
 
     Args:
         masses: [k, K] weight of each region in each cluster.

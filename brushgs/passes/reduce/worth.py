@@ -10,7 +10,7 @@ Three kinds are not:
 
 Detached but solid groups are kept: those of campsite, trees, have a mean opacity of 0.64 to 0.98, the specks
 around koala and truck 0.04 to 0.52. A mast or a wire is a chain of touching strokes. Distance alone does not
-decide: with a limit of 6 sizes to the sixth neighbour, the posts of the truck and the edge of koala's table
+decide: with a limit of 6 sizes to the sixth neighbor, the posts of the truck and the edge of koala's table
 are lost (-0.6 dB).
 
 With other strokes in place of these (`split`, 6000 strokes, eight scenes) PSNR changes by -0.04 to +0.07 dB;

@@ -91,7 +91,7 @@ ASPECT = Scale("aspect of marks", "dabbed", 1.8, "drawn-out", 3.5, 0.4)
 ALIGNED = Scale("agreement of directions", "", 0.0, "aligned", 0.6, 0.1)
 RESTLESS = Scale("agreement beside", "restless", 0.3, "", 0.0, 0.08)
 SWIRLING = Scale("agreement beside, less over all", "", 0.0, "swirling", 0.5, 0.1)
-BROKEN = Scale("difference beside", "flat in colour", 0.025, "broken in colour", 0.085, 0.012)
+BROKEN = Scale("difference beside", "flat in color", 0.025, "broken in color", 0.085, 0.012)
 LAYERS = Scale("layers of paint", "loose", 1.5, "dense", 8.0, 0.6)
 RELIEF = Scale("relief", "", 0.0, "thick", 0.3, 0.1)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from brushgs.options.where import Where
 from brushgs.options.where_terms import (
     Box,
-    Colour,
+    Color,
     Half,
     Height,
     Part,
@@ -128,7 +128,7 @@ class _Evaluation:
                 return self._ramp(sphere_depths(term, means))
             case Half():
                 return self._ramp(half_depths(term, means))
-            case Colour():
+            case Color():
                 return ramp(color_depths(term, self._gaussians), self._context.soft)
             case Height():
                 return self._ramp(height_depths(term, self._ground, means))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.options.where_terms import Box, Colour, Half, Sphere
+from brushgs.options.where_terms import Box, Color, Half, Sphere
 from brushgs.values.arrays import F64, Array
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors
@@ -30,7 +30,7 @@ def half_depths(half: Half, means: Array) -> F64:
     return np.asarray((means.astype(np.float64) @ normal - half.offset / longest) / length)
 
 
-def color_depths(colour: Colour, gaussians: Gaussians) -> F64:
+def color_depths(color: Color, gaussians: Gaussians) -> F64:
     """[N] in display-encoded RGB of 0 to 1."""
-    away = base_colors(gaussians.sh) - np.array(colour.rgb)
-    return np.asarray(colour.distance - np.linalg.norm(away, axis=1))
+    away = base_colors(gaussians.sh) - np.array(color.rgb)
+    return np.asarray(color.distance - np.linalg.norm(away, axis=1))

@@ -34,7 +34,7 @@ def load_in_blocks(
 ) -> tuple[Gaussians, LoadNotes]:
     """Read a scene in blocks, each once, and merge it.
 
-    First some rows of each file are read: centre and radius of the scene are those of a sample of 262,144
+    First some rows of each file are read: center and radius of the scene are those of a sample of 262,144
     rows.
 
     Args:
@@ -91,7 +91,7 @@ class _Survey(NamedTuple):
     """Facts about a scene before it is read.
 
     Attributes:
-        frame: centre and radius, of a sample.
+        frame: center and radius, of a sample.
         blocks: of all files.
         is_whole: whether some file is in memory as a whole, so that no other process should read it too.
     """

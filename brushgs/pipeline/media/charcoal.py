@@ -1,6 +1,6 @@
 """Charcoal on toned paper: masses in four values, rubbed; marks of the stick; lights of a rubber and chalk.
 
-Tones, not colours. Masses are decided for the strokes of a scene in space, once for a job: each belongs to
+Tones, not colors. Masses are decided for the strokes of a scene in space, once for a job: each belongs to
 one of four values, which are corrected by squinting at drawing and motif. What is pressed, marks, accents and
 lines, lies in the tooth of the paper, and only where the masses show the same surface. Shares are of what the
 views of the job show. Constants were settled by eye on captured scenes.
@@ -106,7 +106,7 @@ def _coats(materials: Materials, tone: F64, soft: F64, borders: F64) -> list[Coa
 
 
 class _Marks(NamedTuple):
-    """How marks look: length and width relative to their strokes, and colour."""
+    """How marks look: length and width relative to their strokes, and color."""
 
     sizes: tuple[float, float]
     color: tuple[float, float, float]

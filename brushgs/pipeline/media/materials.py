@@ -72,7 +72,7 @@ class Materials:
 
     @cached_property
     def paper(self) -> Color:
-        """One colour for the ground, which drawing media leave open and mix their greys with."""
+        """One color for the ground, which drawing media leave open and mix their greys with."""
         if self.ground is None:
             return 1.0, 1.0, 1.0
         ground = np.asarray(self.ground)  # plane by plane: pairwise sums, and no copy in double
@@ -88,9 +88,9 @@ class Materials:
 
     @cached_property
     def shown(self) -> Gaussians:
-        """The strokes in the colours that the views of the job show on average, with their highlights.
+        """The strokes in the colors that the views of the job show on average, with their highlights.
 
-        Tones are theirs: of a shiny scene, base colours are those of no view.
+        Tones are theirs: of a shiny scene, base colors are those of no view.
         """
         from brushgs.cameras.around import path_views
 
@@ -120,7 +120,7 @@ class Materials:
         return Coat(name, strokes, self.texture, options, dry=dry, tolerance=self.media.behind)
 
     def glaze(self, name: str, strokes: Gaussians, *, dry: float) -> Coat:
-        """A coat of transparent marks, which multiply the colours below."""
+        """A coat of transparent marks, which multiply the colors below."""
         return replace(self.marks(name, strokes, dry=dry), blend="glaze")
 
     def smudge(self, name: str, strokes: Gaussians) -> Coat:
@@ -193,6 +193,6 @@ def scaled(strokes: Gaussians, along: float, across: float, *, opacities: Array 
 
 
 def mixed(paper: Color, colors: ArrayLike, shares: Array) -> Array:
-    """[N, 3] colours between that of the paper (share 0) and others (1), [3] or [N, 3]."""
+    """[N, 3] colors between that of the paper (share 0) and others (1), [3] or [N, 3]."""
     start = np.asarray(paper)
     return np.asarray(start + (np.asarray(colors) - start) * np.asarray(shares)[:, None])

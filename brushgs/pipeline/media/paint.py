@@ -1,4 +1,4 @@
-"""Opaque paint: strokes in their own colours, in one coat, and the contours of styles."""
+"""Opaque paint: strokes in their own colors, in one coat, and the contours of styles."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING

@@ -20,7 +20,7 @@ class Staging:
         stage: table, wall, shadow and tones.
         brushwork: how strokes are painted.
         cameras: of the job, at least one.
-        finished: applies the brushes and colour changes of the subject to strokes.
+        finished: applies the brushes and color changes of the subject to strokes.
         seed: of random numbers.
     """
 

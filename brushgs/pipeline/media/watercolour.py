@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from brushgs.pipeline.media.staging import Staging
 
 SHADOW_LAB = (0.68, 0.004, -0.035)  # OKLab of the wash of a cast shadow: a cool violet
-TOUCHED = (0.08, 0.80)  # luma of the keyed colours that get touches
+TOUCHED = (0.08, 0.80)  # luma of the keyed colors that get touches
 TOUCH_LENGTH = 0.025  # of the view's width: standard deviation along a touch
 LARGEST_TOUCH = 6.0  # times the stroke that it comes from
 CANDIDATES = 12  # strokes looked at for a touch

@@ -137,7 +137,7 @@ def _connection_errors(address: str) -> Iterator[None]:
 
 
 def _probe(address: str) -> None:
-    """Recognise a wrong address quickly: Dask retries many times, and blocks forever on a silent server.
+    """Recognize a wrong address quickly: Dask retries many times, and blocks forever on a silent server.
 
     Raises:
         OSError: if nothing listens there, or the server does not speak first as a Dask scheduler does.

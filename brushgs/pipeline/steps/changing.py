@@ -1,4 +1,4 @@
-"""Steps for the passes on strokes: directions, colours, light, brushes; also in parts of a scene."""
+"""Steps for the passes on strokes: directions, colors, light, brushes; also in parts of a scene."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -102,10 +102,10 @@ def colors(
     stance: Later[FirstView | None],
     plain_views: "PlainViews | None",
 ) -> Changes:
-    """The colour changes that do not come from the scene, fitted to the first strokes."""
+    """The color changes that do not come from the scene, fitted to the first strokes."""
     seen = stance() if styles is not None or regions is not None else None
     cameras = () if plain_views is None else plain_views.cameras
-    is_gray = color_config.gray and not media_config.has_own_color  # such media have no other colours
+    is_gray = color_config.gray and not media_config.has_own_color  # such media have no other colors
     return Changes(styles, adjust_config, seen, cameras, is_gray)
 
 
@@ -122,7 +122,7 @@ def coloring(
     mapped: Sequence[Property],
     skip: str | None,
 ) -> list[StrokePass]:
-    """The passes that change colours, except light."""
+    """The passes that change colors, except light."""
     palettes, restyling, adjusting = (
         palette_passes(palette, palette_config),
         colors.style_passes(),
@@ -137,7 +137,7 @@ def coloring(
         ),
         *grading_passes(color_config, seed=clustering.seed),
         broken_color_pass(strokes_config, seed=clustering.seed, skip=skip),
-        *in_parts(  # after it, so that broken colours are colours of the style too
+        *in_parts(  # after it, so that broken colors are colors of the style too
             restyling,
             parts,
             lambda part: part.rule.style is not None,
@@ -155,9 +155,9 @@ def coloring(
     ]
 
 
-@unless(lambda stroke_color: None if stroke_color == "own" else "strokes have their own colours")
+@unless(lambda stroke_color: None if stroke_color == "own" else "strokes have their own colors")
 def colors_of_brushes(texture: "BrushSet") -> "BrushSet":
-    """The brushes whose colours strokes take."""
+    """The brushes whose colors strokes take."""
     return texture
 
 
@@ -172,7 +172,7 @@ def choosing(
     colors_of_brushes: "BrushSet | None",
     skip: str | None,
 ) -> list[StrokePass]:
-    """What chooses a brush for each stroke, and gives strokes the colours of their brushes."""
+    """What chooses a brush for each stroke, and gives strokes the colors of their brushes."""
     seed, row_of = clustering.seed, {image: row for row, image in enumerate(kit.images)}
     has_brushes = skip == ALREADY_STROKES and pruned.brushes is not None  # strokes keep them
     return [
@@ -208,7 +208,7 @@ def changes(
     if palette is None and not colors.are_any and (regions is None or not regions.recolors):
         # A budget compares with the scene, so it must include them; but the scene has another light.
         return StrokeChanges([*making, *coloring, *choosing], Finish(lit), colors)
-    # Lit first, so that light and shade take colours of the palette and the style.
+    # Lit first, so that light and shade take colors of the palette and the style.
     return StrokeChanges(making, Finish([*lit, *coloring, *choosing]), colors)
 
 

@@ -264,7 +264,7 @@ def graded_strokes(
     plain_views: "PlainViews | None",
     report: Report,
 ) -> "tuple[list[Coat], Materials, Values | None]":
-    """The strokes and the backdrop in graded colours, with thickness by lightness."""
+    """The strokes and the backdrop in graded colors, with thickness by lightness."""
     has_own = "the palette" if palette is not None else None if styles is None else "the style"
     laid, found, values = with_values(
         painted_with, cameras, backdrop, softened, report, has_own=has_own, views=plain_views
@@ -277,7 +277,7 @@ def graded_strokes(
 def graded_ground(
     colored_ground: "Surface | None", changes: StrokeChanges, values: "Values | None"
 ) -> "tuple[Surface | None, list[Change]]":
-    """The ground in graded colours, and its colour changes in order."""
+    """The ground in graded colors, and its color changes in order."""
     done: list[Change] = [changes.colors.ground] if changes.colors.are_any else []
     if values is None:
         return colored_ground, done

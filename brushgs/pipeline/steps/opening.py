@@ -112,7 +112,7 @@ def own_brushes(
 
 @unless(lambda palette_config: "no --palette" if palette_config is None else None)
 def palette(palette_config: PaletteConfig, report: Report) -> "Palette | None":
-    """The colours of `--palette`."""
+    """The colors of `--palette`."""
     return open_palette(palette_config, report)
 
 

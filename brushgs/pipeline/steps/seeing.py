@@ -340,7 +340,7 @@ def ground(
     view: ViewConfig,
     report: Report,
 ) -> "Surface | None":
-    """The ground below the strokes, in its own colour."""
+    """The ground below the strokes, in its own color."""
     return open_surface(ground_config, canvas, background_name, whole, cameras[0], report, dpi=view.dpi)
 
 

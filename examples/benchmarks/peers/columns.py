@@ -76,7 +76,7 @@ def structure(picture: Array) -> list[F64]:
     """The distribution of patches of lightness at three scales, as sorted projections; no networks.
 
     Slow changes of lightness are taken away and the contrast is made equal, so that marks count and neither
-    colours nor subject do. Source of the measure: Rabin et al. 2011 (sliced Wasserstein distance).
+    colors nor subject do. Source of the measure: Rabin et al. 2011 (sliced Wasserstein distance).
 
     Args:
         picture: [H, W, 3] display-encoded, 0 to 1; compared at 512 pixels of height.

@@ -39,7 +39,7 @@ def as_published(task: Task) -> PaintConfig:
 
 
 def in_style(task: Task) -> PaintConfig:
-    """Oil in the style of the task's painting, learnt in the same process."""
+    """Oil in the style of the task's painting, learned in the same process."""
     import brushgs as bg
 
     file = Path(_folder().name) / "peer.style"

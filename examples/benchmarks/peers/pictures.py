@@ -16,7 +16,7 @@ from examples.benchmarks.peers.search import search_boxes
 from examples.benchmarks.peers.task import Task, on_white
 
 BRUSH = "flat"  # of both painters here; long marks of oil have it too
-LEAST_VARIANCE = 1e-8  # of colours along an axis, as in ARF
+LEAST_VARIANCE = 1e-8  # of colors along an axis, as in ARF
 
 
 class PicturePainter:
@@ -65,10 +65,10 @@ class PlainScene:
 
 
 class ColorTransfer:
-    """The plain pictures in the colours of a painting; no strokes.
+    """The plain pictures in the colors of a painting; no strokes.
 
-    One affine map for all views, of their colours together, as ARF makes it before it optimises. Source:
-    Zhang et al. 2022, ARF: Artistic Radiance Fields, section 4 (whitening and colouring in closed form).
+    One affine map for all views, of their colors together, as ARF makes it before it optimizes. Source:
+    Zhang et al. 2022, ARF: Artistic Radiance Fields, section 4 (whitening and coloring in closed form).
     """
 
     strokes = None

@@ -2,7 +2,7 @@
 
     python -m examples.benchmarks.peers.plateau [SCENE] [--strokes 2000 6000] [--size 640x360] [--json FILE]
 
-PSNR in dB of the subject, as in the table of peers. "Bare oil" leaves out all that changes colours on
+PSNR in dB of the subject, as in the table of peers. "Bare oil" leaves out all that changes colors on
 purpose. The rows below it leave one part out of oil, and the last ones one part more out of bare oil.
 """
 
@@ -35,7 +35,7 @@ PARTS: dict[str, Changes] = {
     "values drawn together (--values)": {"color": {"values": 0.0}},
     "relief (--relief)": {"light": {"relief": 0.0}},
     "canvas (--canvas)": {"light": {"canvas": "none"}},
-    "broken colour": {"strokes": {"broken_color": 0.0}},
+    "broken color": {"strokes": {"broken_color": 0.0}},
     "streaks": {"draw": {"streaks": 0.0}},
     "lost edges (--edges)": {"strokes": {"edges": 0.0}},
     "economy and focus": {"strokes": {"economy": 0.0, "focus": None}},

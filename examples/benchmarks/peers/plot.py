@@ -27,7 +27,7 @@ def write_plot(result: Peers, path: Path) -> None:
     _draw(first, result, "seconds", "psnr")
     label(first, "seconds of a whole command", "PSNR to the plain picture, dB", "Near and fast: upper left")
     _draw(second, result, "structure", "short_range")
-    words = "distance to the painting's structure", "error between neighbouring frames, RMSE of 255"
+    words = "distance to the painting's structure", "error between neighboring frames, RMSE of 255"
     label(second, *words, "In the style and still: lower left")
     first.set_xscale("log")
     first.set_xticks([tick for tick in TICKS if _is_near(tick, result)], minor=False)

@@ -42,7 +42,7 @@ PEERS: dict[str, Peer] = {
         lambda task: ScenePainter(task, config_of("oil", task, NO_STAGE)),
     ),
     "oil in the style": Peer(
-        "brushgs --style, learnt from the painting", lambda task: ScenePainter(task, in_style(task))
+        "brushgs --style, learned from the painting", lambda task: ScenePainter(task, in_style(task))
     ),
     "as published": Peer(
         "brushgs --preset paper, the rules of BrushGaussian (2025)",
@@ -50,7 +50,7 @@ PEERS: dict[str, Peer] = {
     ),
     "Hertzmann": Peer("layers of strokes over each picture (1998)", hertzmann),
     "search": Peer("strokes searched over each picture, in the manner of Im2Oil (2022)", searched),
-    "colour transfer": Peer("the first step of ARF (2022), no strokes", ColorTransfer),
+    "color transfer": Peer("the first step of ARF (2022), no strokes", ColorTransfer),
     "frame by frame": Peer(
         "brushgs in oil, every frame painted alone",
         lambda task: FramePainter(task, config_of("oil", task)),

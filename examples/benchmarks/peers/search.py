@@ -4,7 +4,7 @@
    spread by Lloyd's rounds of a weighted Voronoi diagram. A cell is as large as the detail in it is coarse.
 2. Rounds, from strokes four times as wide as the cells to 0.7 times: anchors where the canvas is still wrong,
    and at each of them a dictionary of strokes: sizes, aspects and directions around the edge tangent. Each
-   anchor takes the stroke that lowers the squared error of the canvas most, in the mean colour of what lies
+   anchor takes the stroke that lowers the squared error of the canvas most, in the mean color of what lies
    under it; none if no stroke lowers it.
 Source: Tong et al. 2022, Im2Oil: Stroke-Based Oil Painting Rendering with Linearly Controllable Fineness Via
 Adaptive Sampling. It lays one stroke at each anchor and tests it against thresholds of hue and value; here

@@ -29,7 +29,7 @@ class Task:
     Attributes:
         source: the scene's files.
         view: of the first picture.
-        cameras: one of a still; neighbours on an orbit of `ORBIT` frames of a film.
+        cameras: one of a still; neighbors on an orbit of `ORBIT` frames of a film.
         strokes: the most strokes.
         style: a painting, the file of a picture.
     """

@@ -41,7 +41,7 @@ def open_scene(path: Path) -> SceneFile:
 
 
 def write_scene(gaussians: bg.Gaussians, path: Path, stored: Stored) -> None:
-    """Write centres, mean sizes, colours and opacities; a view-dependent colour is that of no direction."""
+    """Write centers, mean sizes, colors and opacities; a view-dependent color is that of no direction."""
     sizes, colors = gaussians.scales.mean(axis=1), 0.5 + C0 * gaussians.sh[:, 0]
     table = np.column_stack([gaussians.means, sizes, colors, gaussians.opacities])
     with replacing(path) as temporary:

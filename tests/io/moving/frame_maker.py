@@ -11,7 +11,7 @@ Columns = dict[str, np.ndarray]
 
 
 def columns_at(moment: float, num_rows: int = 200, seed: int = 0) -> Columns:
-    """A thing that moves to the right, turns about z, and fades, while its colours and sizes stay."""
+    """A thing that moves to the right, turns about z, and fades, while its colors and sizes stay."""
     columns = scene_columns(num_rows, seed=seed)
     columns["x"] = (columns["x"] + 0.05 * moment).astype(np.float32)
     columns["opacity"] = (columns["opacity"] + 0.1 * moment).astype(np.float32)

@@ -30,7 +30,7 @@ def params(num_moments: int, num_rows: int, seed: int = 0) -> dict[str, np.ndarr
 
 
 def write_params(path: Path, moments: Sequence[Any]) -> Path:
-    """A clip of the Gaussians of moments whose rows correspond; colours without view dependence."""
+    """A clip of the Gaussians of moments whose rows correspond; colors without view dependence."""
     first = moments[0]
     with np.errstate(divide="ignore"):
         logits = np.log(first.opacities) - np.log1p(-first.opacities)

@@ -53,7 +53,7 @@ def test_every_moment_is_what_its_arrays_say(tmp_path, packed):
     np.testing.assert_array_equal(crossed.means, found.means)
 
 
-def test_colours_and_sizes_may_be_of_all_moments_or_of_each(tmp_path):
+def test_colors_and_sizes_may_be_of_all_moments_or_of_each(tmp_path):
     arrays = params(4, 10)
     arrays["rgb_colors"] = arrays["rgb_colors"][:1]
     arrays["log_scales"] = np.stack([arrays["log_scales"] + moment for moment in range(4)])

@@ -43,7 +43,7 @@ FORMS = {
 def assert_equal(gaussians, expected):
     for name, values in expected.items():
         # Below the normal numbers of float32, which end at 1e-38, digits are lost. Sums that nearly
-        # cancel keep the digits of float64, but rounding of the colours is that of float32.
+        # cancel keep the digits of float64, but rounding of the colors is that of float32.
         atol = 5e-7 if name == "sh" else 1e-37
         np.testing.assert_allclose(getattr(gaussians, name), values, rtol=1e-6, atol=atol, err_msg=name)
 

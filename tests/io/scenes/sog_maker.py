@@ -17,7 +17,7 @@ TERMS = {0: 0, 1: 3, 2: 8, 3: 15}
 
 
 def webp(pixels: np.ndarray, **options: Any) -> bytes:
-    """A picture of bytes; exact: colours under an alpha of 0 are kept."""
+    """A picture of bytes; exact: colors under an alpha of 0 are kept."""
     stream = io.BytesIO()
     options = {"lossless": True, "exact": True, "quality": 1, "method": 0} | options
     Image.fromarray(pixels).save(stream, "WEBP", **options)

@@ -11,7 +11,7 @@ Scene = dict[str, Any]
 
 
 def make(num_rows: int, seed: int = 0) -> Scene:
-    """Values as the format has them: standard deviations, colours and opacities of 0 to 1."""
+    """Values as the format has them: standard deviations, colors and opacities of 0 to 1."""
     rng = np.random.default_rng([20251123, seed])
     quats = rng.normal(size=(num_rows, 4))
     return {

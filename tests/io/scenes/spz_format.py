@@ -57,7 +57,7 @@ def _rotation(row: Any, version: int) -> bytes:
 
 
 def blocks(scene: Scene, version: int, bits: int = 12) -> list[bytes]:
-    """Positions, opacities, colours, scales, rotations, spherical harmonics."""
+    """Positions, opacities, colors, scales, rotations, spherical harmonics."""
     return [
         b"".join(_position(row, version, bits) for row in scene["means"]),
         bytes(_byte(value * 255) for value in scene["opacities"]),

@@ -27,7 +27,7 @@ def saved(path: Path) -> Path:
     """A scene as brushgs writes it in the format of the suffix."""
     degree = 0 if path.suffix == ".splat" else 1
     with catch_warnings():
-        simplefilter("ignore", bg.SceneWarning)  # .splat clips colours
+        simplefilter("ignore", bg.SceneWarning)  # .splat clips colors
         bg.save(bg.load(write_scene(path.parent / "from.ply", scene_columns(NUM, degree))), path)
     return path
 

@@ -72,7 +72,7 @@ def test_normalized_integers_are_fractions(tmp_path):
     np.testing.assert_allclose(gaussians.opacities, np.arange(0, 65536, 8191)[:9] / 65535, atol=2e-7)
 
 
-def test_names_and_colours_of_the_first_draft_are_read(tmp_path):
+def test_names_and_colors_of_the_first_draft_are_read(tmp_path):
     attributes = make(20)
     rgba = np.random.default_rng(0).integers(0, 256, (20, 4), dtype=np.uint8)
     stored = {
@@ -231,7 +231,7 @@ def test_models_without_splats_and_with_others_are_told(tmp_path):
         sentence = r"is a glTF model without Gaussian splats; export the splats as \.ply"
         refuse(model.write(tmp_path / name), sentence)
     path = model_of(make(9), colorSpace="lin_rec709_display").write(tmp_path / "a.glb")
-    with pytest.warns(bg.SceneWarning, match=r"trained in linear colours .*, which are painted too dark"):
+    with pytest.warns(bg.SceneWarning, match=r"trained in linear colors .*, which are painted too dark"):
         bg.load(path)
 
 

@@ -27,7 +27,7 @@ WITNESSED = (".splat", ".compressed.ply", ".spz", ".sog")
 
 
 def make(num_rows: int, num_terms: int = 1, seed: int = 0) -> Gaussians:
-    """A scene as trainers make them: within a few units, colours of about 0 to 1."""
+    """A scene as trainers make them: within a few units, colors of about 0 to 1."""
     rng = np.random.default_rng([20261122, seed])
     sh = rng.normal(size=(num_rows, num_terms, 3)) * 0.1
     sh[:, 0] = rng.uniform(-1.7, 1.7, size=(num_rows, 3))
@@ -42,7 +42,7 @@ def make(num_rows: int, num_terms: int = 1, seed: int = 0) -> Gaussians:
 
 
 def paired(found: Gaussians, written: Gaussians) -> Gaussians:
-    """`written` in the order of `found`: some formats sort rows. Each row goes to the nearest centre."""
+    """`written` in the order of `found`: some formats sort rows. Each row goes to the nearest center."""
     from scipy.spatial import cKDTree
 
     rows = cKDTree(written.means).query(found.means)[1]
@@ -56,7 +56,7 @@ def degrees_between(first: Gaussians, second: Gaussians) -> np.ndarray:
     return np.degrees(2 * np.arccos(np.minimum(np.abs((a * b).sum(axis=1)), 1)))
 
 
-# Largest errors that the layout allows: centres (units, of a scene 25 across), log-scales, degrees,
+# Largest errors that the layout allows: centers (units, of a scene 25 across), log-scales, degrees,
 # opacities, coefficients of degree 0, and of the higher degrees.
 BOUNDS = {
     ".splat": (0, 1e-5, 0.9, 0.51 / 255, 0.51 / 255 / 0.2820948, 0),
@@ -179,7 +179,7 @@ def test_strokes_keep_what_is_recorded_of_them(tmp_path, suffix, num_rows):
     assert (notes.training, found.antialiased) == ("antialiased", True)
     np.testing.assert_array_equal(notes.first_view.points, VIEW.points)
     np.testing.assert_array_equal(notes.first_view.up, VIEW.up)
-    assert found.brushes.tolist() == strokes.brushes.tolist(), "in their order, by which colours are broken"
+    assert found.brushes.tolist() == strokes.brushes.tolist(), "in their order, by which colors are broken"
     np.testing.assert_allclose(found.means, strokes.means, atol=0.03)
     assert notes.unknown == ()
 
@@ -210,4 +210,4 @@ def test_the_report_tells_what_rounding_changed(tmp_path, suffix):
         degrees_between(found, paired(found, scene)).max(), rel=2e-2
     )
     assert stage.counts["harmonics_error_most"] == 0
-    assert [line.split(" are ")[0] for line in stage.details] == ["centres", "sizes", "opacities"]
+    assert [line.split(" are ")[0] for line in stage.details] == ["centers", "sizes", "opacities"]

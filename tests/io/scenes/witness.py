@@ -1,6 +1,6 @@
 """An outside witness: GaussForge, which reads SPZ with the library of its makers.
 
-Its Python API fails on scenes without view-dependent colours, its conversion to PLY does not.
+Its Python API fails on scenes without view-dependent colors, its conversion to PLY does not.
 """
 
 from pathlib import Path

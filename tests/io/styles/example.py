@@ -15,7 +15,7 @@ from brushgs.values.style import (
 
 
 def painting(num_brushes=2, side=24) -> Style:
-    """Three colours and marks with small brushes."""
+    """Three colors and marks with small brushes."""
     rng = np.random.default_rng(5)
     colors = [
         ("deep blue", (31, 58, 107), 0.5),

@@ -54,7 +54,7 @@ def png_of(width, height, data=bytes(1000)):
 
 
 def rows(count, **fields):
-    """Colours and shares of so many marks."""
+    """Colors and shares of so many marks."""
     shares = pack(np.zeros(count), "float16")
     return {"dictionary": {"colors": pack(np.zeros((count, 3)), "float16"), "shares": shares, **fields}}
 

@@ -69,7 +69,7 @@ def test_an_edit_survives_writing_and_reading(path):
         np.testing.assert_array_equal(getattr(own, name), getattr(other, name))
 
 
-def test_an_artist_who_edits_a_hex_moves_all_colours_around_it(path):
+def test_an_artist_who_edits_a_hex_moves_all_colors_around_it(path):
     before = example.painting().palette
 
     def redden(value):
@@ -82,7 +82,7 @@ def test_an_artist_who_edits_a_hex_moves_all_colours_around_it(path):
     np.testing.assert_allclose(after.samples[20:], before.samples[20:], atol=1e-4)
 
 
-def test_shares_are_scaled_and_a_colour_needs_no_offsets(path):
+def test_shares_are_scaled_and_a_color_needs_no_offsets(path):
     def change(value):
         value["palette"][0]["share"] = 2
         value["palette"].append({"name": "new", "color": "#FF0000", "share": 1.5})

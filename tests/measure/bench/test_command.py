@@ -28,7 +28,7 @@ SMALL = ["--stroke", "dry_brush", "--size", "64x48", "--repeats", "1", "--stroke
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A scene whose colours depend on the view."""
+    """A scene whose colors depend on the view."""
     path = tmp_path_factory.mktemp("scene") / "pears.ply"
     scene = still_life_of(1000)
     sh = np.zeros((len(scene), 4, 3), np.float32)
@@ -208,7 +208,7 @@ def test_bad_input_is_one_sentence_and_leaves_nothing(scene, capsys):
         (["--strokes", "10,x"], "--strokes must be a whole number of 1 or more, got 'x'"),
         (["--strokes", "20,10"], "strokes must ascend from 1 or more, got 20, 10"),
         (["-o", "report.pdf"], "output must be a folder or end in .json, .csv, .png, got 'report.pdf'"),
-        (["--background", "transparent"], "background must be a colour or an image"),
+        (["--background", "transparent"], "background must be a color or an image"),
         (["--background", "blu"], "background must be"),
         (["--camera-file", "none.json", "--up", "+z"], "--up cannot be combined with --camera-file"),
         (["--orbit", "9"], "unrecognized arguments: --orbit 9"),

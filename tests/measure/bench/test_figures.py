@@ -202,8 +202,8 @@ def test_a_plot_of_any_number_of_families_is_whole_and_light(tmp_path, count):
     assert path.stat().st_size < 60_000
 
 
-def test_a_plot_keeps_the_colours_of_its_series_and_has_a_place_for_errors_of_zero(tmp_path):
-    """Few colours are written: each of these must be among them."""
+def test_a_plot_keeps_the_colors_of_its_series_and_has_a_place_for_errors_of_zero(tmp_path):
+    """Few colors are written: each of these must be among them."""
     points = [
         replace(point(1 + i, 0.1 * i, strokes=1 + i), series=f"series {i}", clustering=None) for i in range(4)
     ]

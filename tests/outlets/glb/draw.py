@@ -1,6 +1,6 @@
 """A small rasteriser of textured rectangles: what a viewer shows of a .glb file, in the order of indices.
 
-It takes all it knows from the file. Colours are blended display-encoded, as paintings are; where a texture is
+It takes all it knows from the file. Colors are blended display-encoded, as paintings are; where a texture is
 smaller than the pixels, alpha is the mean over several places of a pixel.
 """
 
@@ -10,7 +10,7 @@ SAMPLES = 3  # along each side of a pixel
 
 
 def picture_of(glb, width, height):
-    """[h, w, 4] premultiplied colour and alpha, from the camera of the file."""
+    """[h, w, 4] premultiplied color and alpha, from the camera of the file."""
     rgba = np.zeros((height, width, 4))
     ((node, camera),) = [
         (number, glb.top["cameras"][one["camera"]])
@@ -60,7 +60,7 @@ def _paint(rgba, corners, uv, color, texture, half, near):
         is_inside = (c > 0) & (s > 0) & (s < 1) & (t > 0) & (t < 1)
     u = uv[0, 0] + (uv[1, 0] - uv[0, 0]) * np.where(is_inside, s, 0)
     v = uv[0, 1] + (uv[3, 1] - uv[0, 1]) * np.where(is_inside, t, 0)
-    texels = color * _sample(texture, u, v)  # in linear light, as the colours of vertices are
+    texels = color * _sample(texture, u, v)  # in linear light, as the colors of vertices are
     alpha = np.where(is_inside, texels[..., 3], 0)[..., None]
     layer = alpha * np.append(encoded(texels[..., :3]), np.ones_like(alpha), axis=2)
     layer, alpha = (

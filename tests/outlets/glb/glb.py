@@ -59,7 +59,7 @@ class Glb:
         return found
 
     def meshes(self):
-        """Name, vertices in the world [n, 3], faces [f, 3], texture coordinates and colours of each node."""
+        """Name, vertices in the world [n, 3], faces [f, 3], texture coordinates and colors of each node."""
         matrices = self.world_matrices()
         for number, node in enumerate(self.top["nodes"]):
             if "mesh" not in node:

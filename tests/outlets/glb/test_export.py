@@ -58,9 +58,9 @@ def test_the_first_view_is_that_of_render(scene, capsys):
 def test_what_is_lost_is_told():
     coats = some_coat(some_strokes(4, degree=1), "flat", underpaint=True, streaks=0.1, border=0.1)
     lit = Painting((coats,), lamp=Lamp())
-    for word in ("lamp", "streaks", "colours", "border"):
+    for word in ("lamp", "streaks", "colors", "border"):
         assert sum(word in sentence for sentence in omitted(lit, CAMERA, for_view=False)) == 1
-    assert not any("colours" in sentence for sentence in omitted(lit, CAMERA, for_view=True))
+    assert not any("colors" in sentence for sentence in omitted(lit, CAMERA, for_view=True))
     glaze = some_coat(some_strokes(4), "flat", blend="glaze")
     (sentence,) = omitted(Painting((glaze, glaze)), CAMERA, for_view=True)
     assert "multiply" in sentence

@@ -110,8 +110,8 @@ def test_baked_for_a_view_is_the_painting_of_that_view(options, most):
     assert np.abs(beside - wanted).mean() > 2 * most  # half a pixel aside
 
 
-def test_baked_strokes_of_coloured_brushes_have_their_colours():
-    """In the mean colour of their brush, where what viewers multiply is what the renderer adds.
+def test_baked_strokes_of_colored_brushes_have_their_colors():
+    """In the mean color of their brush, where what viewers multiply is what the renderer adds.
 
     0.0017 was measured; 0.0069 at twice the contrast, which needs more light than a texture is given.
     """
@@ -258,7 +258,7 @@ def test_a_file_that_fails_leaves_the_earlier_one(monkeypatch):
     assert Path("s.glb").read_text() == "earlier"
 
 
-def test_strokes_without_area_or_seen_from_behind_are_left_out_and_colours_are_capped():
+def test_strokes_without_area_or_seen_from_behind_are_left_out_and_colors_are_capped():
     strokes = some_strokes(5)
     scales = strokes.scales.copy()
     scales[2] = 0, 0.1, 0

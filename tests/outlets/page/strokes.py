@@ -18,14 +18,14 @@ CAMERAS = [
 
 
 def halved(values):
-    """Float32 that float16 holds too, as the page stores opacities and colours."""
+    """Float32 that float16 holds too, as the page stores opacities and colors."""
     return np.asarray(values, np.float16).astype(np.float32)
 
 
 def hard_strokes(count, *, seed=0, degree=3, antialiased=False, brushes=None):
     """Of any shape between -1 and 1; a quarter are needles, tiny, larger than the picture, discs and spheres.
 
-    Opacities and colours are such that float16 holds them.
+    Opacities and colors are such that float16 holds them.
     """
     rng = np.random.default_rng(seed)
     scales = np.exp(rng.uniform(np.log(0.005), np.log(0.2), (count, 3)))

@@ -196,7 +196,7 @@ class Studio:
         return contents
 
     def paint(self, camera, **options):
-        """[H, W, 4] float32 premultiplied colour and alpha, upper row first; `options` are as there."""
+        """[H, W, 4] float32 premultiplied color and alpha, upper row first; `options` are as there."""
         options = {"ground": False} | options
         text = self.page.evaluate("a => studio.paint(...a)", [camera_facts(camera), options])
         return decoded(text, np.float32).reshape(camera.height, camera.width, 4)[::-1]

@@ -71,7 +71,7 @@ def test_coats_lie_on_each_other_and_on_the_ground_as_exactly(studio, coats, gro
     assert found > 50, (coats, ground, found)
 
 
-def test_what_lies_behind_is_a_colour_or_a_picture_that_is_cropped_to_its_centre(studio):
+def test_what_lies_behind_is_a_color_or_a_picture_that_is_cropped_to_its_centre(studio):
     painting = Painting(COATS["pressed"])
     studio.load(painting, CAMERA, background=BLUE)
     page = studio.paint(CAMERA, ground=True)

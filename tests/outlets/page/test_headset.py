@@ -16,7 +16,7 @@ from tests.outlets.page.page_file import settle, shown, wait_until, write_page
 from tests.outlets.page.studio import Studio, painting_of
 
 WIDTH, HEIGHT = 240, 200  # of an eye
-IPD = 0.064  # metres between the eyes
+IPD = 0.064  # meters between the eyes
 OUTER, INNER = 1.2, 0.8  # tangents: the frusta of headsets are not symmetric
 ABOVE = 0.7
 BELOW = HEIGHT / WIDTH * (OUTER + INNER) - ABOVE  # pixels are square
@@ -54,7 +54,7 @@ Object.assign(window.studio, {
 
 @dataclass(frozen=True)
 class Head:
-    """A pose: a place in metres, x right, y up, z backward, and turns in degrees, that around y first."""
+    """A pose: a place in meters, x right, y up, z backward, and turns in degrees, that around y first."""
 
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
     yaw: float = 0.0
@@ -200,7 +200,7 @@ def test_a_stroke_has_the_parallax_of_its_distance(visit, place):
     assert found[0][1] == pytest.approx(found[1][1], abs=0.02)
 
 
-def test_both_eyes_see_one_direction_and_one_colour_in_an_order_that_a_turn_of_the_head_leaves(visit):
+def test_both_eyes_see_one_direction_and_one_color_in_an_order_that_a_turn_of_the_head_leaves(visit):
     visit.hang(crowd(), "flat")
     visit.enter()
     orders = [(visit.look(Head((0, 0.5, 0), yaw)), visit.instances())[1] for yaw in (0, 20, -35, 90)]
@@ -218,10 +218,10 @@ def test_both_eyes_see_one_direction_and_one_colour_in_an_order_that_a_turn_of_t
     left, right = visit.boxes_of_eyes()
     seen = (left[:, 7] == 1) & (right[:, 7] == 1)
     assert seen.sum() > 30
-    np.testing.assert_array_equal(left[seen, 8:11], right[seen, 8:11])  # colours
+    np.testing.assert_array_equal(left[seen, 8:11], right[seen, 8:11])  # colors
     turns = np.remainder(left[seen, 4] - right[seen, 4] + np.pi, 2 * np.pi) - np.pi
     np.testing.assert_allclose(turns, 0, atol=np.radians(1e-3))
-    assert np.abs(left[seen, 0] - right[seen, 0]).min() > 5  # centres are those of each eye
+    assert np.abs(left[seen, 0] - right[seen, 0]).min() > 5  # centers are those of each eye
 
 
 def test_thumbsticks_move_turn_and_resize(visit):

@@ -110,7 +110,7 @@ def test_it_is_scrubbed_stepped_and_played_and_its_link_keeps_the_moment(open_pa
     assert page.evaluate("brushgs.player.isPlaying") is False
 
 
-# What a double tap on each stroke centres on at both ends of a clip; its mean and longest axis.
+# What a double tap on each stroke centers on at both ends of a clip; its mean and longest axis.
 TAPPED = """() => {
   const { controls, painter, player } = brushgs;
   let point = null;

@@ -132,7 +132,7 @@ def test_the_bar_changes_what_is_painted(page):
         assert not page.locator("#color").is_visible()
         is_board = page.evaluate("getComputedStyle(brushgs.canvas).backgroundImage !== 'none'")
         assert is_board == (ground is False)
-    page.locator("#ground").select_option("Colour …")
+    page.locator("#ground").select_option("Color …")
     page.locator("#color").fill("#ff8000")
     assert page.evaluate("brushgs.look.ground") == pytest.approx([1, 128 / 255, 0])
     wait_until(page, "count => brushgs.framesDrawn > count", count)

@@ -43,7 +43,7 @@ def masses():
 
 
 def rubbed(studio, frame, camera, step=1):
-    """[H, W, 4] premultiplied colours and cover, as rub.frag makes them on a smooth board."""
+    """[H, W, 4] premultiplied colors and cover, as rub.frag makes them on a smooth board."""
     strokes, texture = some_strokes(1), StrokeTexture.open("gaussian")
     coat = Coat("masses", strokes, texture, RenderOptions.of(texture), effect=RUB)
     facts = effect_facts(coat, ORIGIN)["rub"]

@@ -32,13 +32,13 @@ def assert_near(found, expected):
 
 
 def picture(frame):
-    """[H, W, 4] colour and alpha of a frame."""
+    """[H, W, 4] color and alpha of a frame."""
     assert frame.alpha.mean() > 0.05
     return np.dstack([frame.rgb, frame.alpha])
 
 
 def assert_same_picture(studio, painting, camera):
-    """Colour and alpha of the strokes alone."""
+    """Color and alpha of the strokes alone."""
     studio.load(painting, camera)
     assert_near(studio.paint(camera), picture(painting.frame(camera)))
 
@@ -64,11 +64,11 @@ def test_hard_strokes_from_five_cameras(studio, camera, options):
 
 
 @for_each("options", [{}, {"underpaint": True, "streaks": 0.3}])
-@for_each("is_coloured", [False, True])
-def test_several_brushes(studio, options, is_coloured):
-    """Two of three have colours of their own, or none."""
+@for_each("is_colored", [False, True])
+def test_several_brushes(studio, options, is_colored):
+    """Two of three have colors of their own, or none."""
     textures = list(SET.textures)
-    for row in (0, 2) if is_coloured else ():
+    for row in (0, 2) if is_colored else ():
         coverage = textures[row].coverage
         textures[row] = replace(textures[row], tint=Tint.of(waves(*coverage.shape), coverage))
     strokes = hard_strokes(500, brushes=3, degree=1)
@@ -76,7 +76,7 @@ def test_several_brushes(studio, options, is_coloured):
 
 
 def waves(height, width):
-    """[H, W, 3] colours that wave along both sides."""
+    """[H, W, 3] colors that wave along both sides."""
     v, u = np.mgrid[:height, :width] / max(height, width)
     return 0.5 + 0.5 * np.sin(9 * u[..., None] + 14 * v[..., None] + (0, 2, 4))
 

@@ -31,7 +31,7 @@ SIZE = {"width": 160, "height": 120}
 
 
 def ball(n: int = 500, color=(0.2, 0.5, 0.3), dtype=np.float32, scale: float = 1.0) -> Gaussians:
-    """Gaussians of one colour in a ball around (3, -2, 5)."""
+    """Gaussians of one color in a ball around (3, -2, 5)."""
     g = np.random.default_rng(0)
     means = scale * g.uniform(0, 1, (n, 1)) ** (1 / 3) * on_sphere(n) + np.array([3, -2, 5])
     return gaussians_at(means, 0.05 * scale, color, quats=g.normal(0, 1, (n, 4)), dtype=dtype)

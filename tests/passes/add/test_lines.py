@@ -101,7 +101,7 @@ def test_lines_are_the_same_for_any_threads_and_in_any_unit(cube_lines):
     assert abs(len(large) - len(cube_lines)) <= 0.05 * len(cube_lines)
 
 
-def test_width_colour_and_opacity_are_as_given():
+def test_width_color_and_opacity_are_as_given():
     thin = find_lines(cube(), cameras()[:1], width=1.0)
     wide = find_lines(cube(), cameras()[:1], width=3.0, color=(0.2, 0.3, 0.4), opacity=0.5)
     ratio = np.median(np.sort(wide.strokes.scales, axis=1)[:, 0]) / np.median(

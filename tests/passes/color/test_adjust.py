@@ -1,4 +1,4 @@
-"""Adjusting strokes adjusts the picture; a swap moves one colour and leaves the rest."""
+"""Adjusting strokes adjusts the picture; a swap moves one color and leaves the rest."""
 
 import numpy as np
 
@@ -52,7 +52,7 @@ def test_a_picture_of_adjusted_strokes_is_the_adjusted_picture():
 
 
 @for_each("text", [f"{GREEN}:{RED}", "#000000:#203050", "#ffffff:#f0e0c0", "#f0e0a0:#102040"])
-def test_a_swap_gives_the_colour_asked_for(text):
+def test_a_swap_gives_the_color_asked_for(text):
     np.testing.assert_allclose(Swap.of(text).colors(code(text[:7])[None])[0], code(text[8:]), atol=1e-9)
     swap = Swap.of(f"{GREEN}:{RED}")  # greys and other hues stay bit for bit
     still = np.concatenate([np.linspace(0, 1, 9)[:, None] * np.ones(3), [code("#2040c0"), code("#c02020")]])

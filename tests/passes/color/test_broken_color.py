@@ -43,7 +43,7 @@ def test_shifts_are_a_hash_of_place_and_seed():
     assert bg.break_colors(empty) is empty
 
 
-def test_shifts_that_follow_the_colour_grow_with_its_chroma_and_lie_along_it():
+def test_shifts_that_follow_the_color_grow_with_its_chroma_and_lie_along_it():
     deviations, leaning = [], []
     for chroma in (0.01, 0.03, 0.06, 0.12):
         lab = np.array([0.6, 0.6 * chroma, 0.8 * chroma])
@@ -60,7 +60,7 @@ def test_shifts_that_follow_the_colour_grow_with_its_chroma_and_lie_along_it():
 
 
 @for_each("rgb", [(0, 0, 0), (1, 1, 1), (1, 0, 0), (-0.3, 0.5, 1.4), (0, 1, 1)])
-def test_pure_colours_stay_and_nothing_is_clipped(rgb):
+def test_pure_colors_stay_and_nothing_is_clipped(rgb):
     strokes = colored(200, rgb)
     np.testing.assert_allclose(colors_of(bg.break_colors(strokes, 0.1, 0.1)), colors_of(strokes), atol=2e-3)
 

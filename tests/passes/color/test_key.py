@@ -1,4 +1,4 @@
-"""A lamp in the scene: where strokes face, what shades them, and their colours in its light."""
+"""A lamp in the scene: where strokes face, what shades them, and their colors in its light."""
 
 from dataclasses import replace
 from functools import cache

@@ -1,4 +1,4 @@
-"""Colour transfer: mean and covariance become the painting's, highlights stay, nothing else moves."""
+"""Color transfer: mean and covariance become the painting's, highlights stay, nothing else moves."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def test_strength_goes_evenly_from_the_scene_to_the_painting():
 
 
 def first_order_error(space, size):
-    """Median distance of seen colours from the exactly mapped ones, with bands of `size` times the usual."""
+    """Median distance of seen colors from the exactly mapped ones, with bands of `size` times the usual."""
     before, palette = scene(degree=3, dtype=np.float64), Palette.of_image(painting(), space=space)
     sh = before.sh.copy()
     sh[:, 1:] *= size
@@ -70,7 +70,7 @@ def first_order_error(space, size):
 
 
 @for_each("space", SPACES)
-def test_view_dependent_colours_follow_the_same_map(space):
+def test_view_dependent_colors_follow_the_same_map(space):
     whole, quarter = first_order_error(space, 1.0), first_order_error(space, 0.25)
     if space == "srgb":  # the map is linear: the bands follow it exactly
         assert whole < 1e-12
@@ -87,7 +87,7 @@ def test_of_all_maps_the_one_of_least_motion_is_taken():
 
 
 @for_each("space", SPACES)
-def test_a_scene_of_one_colour_takes_the_mean_and_stays_of_one_colour(space):
+def test_a_scene_of_one_color_takes_the_mean_and_stays_of_one_color(space):
     grey = replaced(scene(), sh=np.full((4000, 1, 3), 0.1, np.float32))
     palette = Palette.of_image(painting(), space=space)
     after = colors_of(recolor(grey, palette))

@@ -109,7 +109,7 @@ def test_what_a_painter_would_not_touch_changes_little():
     noise = np.random.default_rng(0).uniform(size=(40, 60, 1))
     ramp = np.broadcast_to(np.linspace(0.2, 0.8, 60)[None, :, None], (40, 60, 3))
     grey = fit_values([ramp], [subject])
-    assert abs(grey.warmth) < 0.1  # a scene without colour gets none
+    assert abs(grey.warmth) < 0.1  # a scene without color gets none
     for frame in (np.full((40, 60, 3), 0.5), np.full((40, 60, 3), (0.8, 0.1, 0.1)), np.zeros((40, 60, 3))):
         values = fit_values([frame], [subject])
         np.testing.assert_allclose(values.picture(frame), frame, atol=2e-3)

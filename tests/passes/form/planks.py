@@ -1,4 +1,4 @@
-"""Boards of two colours beside each other, and round strokes on them: which way they run is known."""
+"""Boards of two colors beside each other, and round strokes on them: which way they run is known."""
 
 import numpy as np
 
@@ -32,7 +32,7 @@ def surface(uv, colors, size, *, frame=None, aspect=1.0, angles=0.0, dtype=np.fl
 
 
 def boards(uv, width=0.25):
-    """Colours of boards that run along u, light and dark by turns, [N, 3]."""
+    """Colors of boards that run along u, light and dark by turns, [N, 3]."""
     is_dark = np.floor(uv[:, 1] / width) % 2 == 1
     return np.where(is_dark[:, None], (0.3, 0.2, 0.1), (0.8, 0.7, 0.5))
 

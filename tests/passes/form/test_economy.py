@@ -68,7 +68,7 @@ def test_the_error_is_that_of_the_twin_for_any_number_of_threads(size):
 
 
 def wall(num=50):
-    """A grey wall of one colour, with a small red patch."""
+    """A grey wall of one color, with a small red patch."""
     means = grid(num)
     is_red = np.hypot(means[:, 0] - 0.3, means[:, 1]) < 0.15
     colors = np.where(is_red[:, None], (0.8, 0.1, 0.1), (0.5, 0.5, 0.5))

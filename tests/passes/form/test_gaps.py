@@ -30,12 +30,12 @@ def test_strokes_of_a_single_layer_grow_and_those_of_several_do_not():
     places, size = lattice(), 0.34
     found = growth(*discs(places, size))
     assert np.median(found) == pytest.approx(PLANE)
-    assert found.min() == pytest.approx(0.75 * PLANE)  # a corner has three neighbours
+    assert found.min() == pytest.approx(0.75 * PLANE)  # a corner has three neighbors
     layers = np.concatenate([places, places + np.array([0.5, 0.5, 0.1]), places + np.array([0, 0, 0.2])])
     found = growth(*discs(layers, size))
     assert found[:144].max() == found[288:].max() == np.median(found) == 0  # the middle layer has an edge
     for alone in (discs(places, size, opacity=0.3), discs(100 * places, size)):
-        assert growth(*alone).max() == 0  # faint, or without neighbours
+        assert growth(*alone).max() == 0  # faint, or without neighbors
 
 
 def test_merging_without_an_overlap_grows_a_layer_and_with_one_does_not():

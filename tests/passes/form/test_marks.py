@@ -75,7 +75,7 @@ def test_strokes_outside_the_picture_or_behind_the_camera_keep_the_form():
 @for_each(
     ("image", "message"),
     [
-        (np.full((50, 50, 3), 0.3, np.float32), "must show marks, got one even colour"),
+        (np.full((50, 50, 3), 0.3, np.float32), "must show marks, got one even color"),
         (stripes(0, 4, 90), "must have 1 to 4 channels and 8x8 pixels or more, got 3 in 90x4"),
         (np.zeros((50, 50, 5), np.float32), "got 5 in 50x50"),
     ],

@@ -12,7 +12,7 @@ from tests.passes.scenes import random_gaussians
 
 
 def wall(num=400, *, normals=0.0, colors=0.0, sizes=0.0, lightness=0.6, at=0.0, seed=0):
-    """A square of strokes that face z; how much their normals, colours and sizes differ by chance."""
+    """A square of strokes that face z; how much their normals, colors and sizes differ by chance."""
     g = np.random.default_rng(seed)
     means = np.stack([at + g.uniform(-1, 1, num), g.uniform(-1, 1, num), np.zeros(num)], axis=1)
     quats = np.concatenate([np.ones((num, 1)), normals * g.normal(size=(num, 3))], axis=1)

@@ -25,7 +25,7 @@ def test_strokes_on_planks_run_along_them(field):
     assert aspects(after).max() <= ASPECT + 1e-9
 
 
-def test_strokes_run_along_a_column_of_one_colour_which_bends_around():
+def test_strokes_run_along_a_column_of_one_color_which_bends_around():
     random = np.random.default_rng(0)
 
     def column(num, size, aspect, angles):
@@ -42,7 +42,7 @@ def test_strokes_run_along_a_column_of_one_colour_which_bends_around():
     assert np.quantile(up, 0.1) > np.cos(np.radians(20))
 
 
-def test_place_normal_thickness_area_opacity_and_colour_stay():
+def test_place_normal_thickness_area_opacity_and_color_stay():
     strokes, gaussians = planks(frame=turned_frame(), dtype=np.float32)
     after = bg.orient(strokes, gaussians)
     for name in ("means", "opacities", "sh"):

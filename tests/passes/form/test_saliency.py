@@ -1,4 +1,4 @@
-"""What stands out: a face, a spot of colour, not a floater, and little where all is alike."""
+"""What stands out: a face, a spot of color, not a floater, and little where all is alike."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ GREY, SKIN = (0.45, 0.45, 0.45), (0.80, 0.55, 0.43)
 
 
 def wall(spots=(), *, size=60):
-    """A wall in the plane z = 0 from -1 to 1, grey but for round spots (x, y, radius, colour)."""
+    """A wall in the plane z = 0 from -1 to 1, grey but for round spots (x, y, radius, color)."""
     means, colors = grid(size), np.tile(GREY, (size * size, 1))
     for at_x, at_y, radius, color in spots:
         colors[np.hypot(means[:, 0] - at_x, means[:, 1] - at_y) <= radius] = color

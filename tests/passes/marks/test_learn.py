@@ -1,4 +1,4 @@
-"""Marks continued in strokes that are like those below them, on a plane of two colours."""
+"""Marks continued in strokes that are like those below them, on a plane of two colors."""
 
 from dataclasses import replace
 
@@ -39,9 +39,9 @@ GREYS = STROKES.means[~IS_RED][:: 3 * SIDE + 5]  # a few of them
 
 
 def continued(marks: Marks, strokes: bg.Gaussians = STROKES) -> bg.Gaussians:
-    learnt = learn(strokes, marks, VIEW)
-    assert learnt is not None
-    return learnt(strokes)[0]
+    learned = learn(strokes, marks, VIEW)
+    assert learned is not None
+    return learned(strokes)[0]
 
 
 def test_like_strokes_follow_and_others_keep_every_bit():

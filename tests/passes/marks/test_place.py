@@ -46,7 +46,7 @@ def depth_of(view: Camera) -> F64:
 
 
 def layer_of(*lines) -> F64:
-    """[H, W, 4] a layer with lines: from, to, width in pixels, colour and opacity."""
+    """[H, W, 4] a layer with lines: from, to, width in pixels, color and opacity."""
     y, x = np.mgrid[:HEIGHT, :WIDTH] + 0.5
     layer = np.zeros((HEIGHT, WIDTH, 4))
     for start, end, width, color, opacity in lines:
@@ -110,7 +110,7 @@ def test_thin_paint_keeps_its_outline(line):
         assert (ndimage.distance_transform_edt(~other)[outline] <= 1.5).mean() >= 0.95
 
 
-def test_overlapping_and_translucent_paint_keeps_its_colour():
+def test_overlapping_and_translucent_paint_keeps_its_color():
     layer = layer_of(*THICK, *THIN, *BESIDE)
     shown = drawn(marks_of(layer), camera()).over(WHITE)
     wanted = layer[..., 3:] * layer[..., :3] + 1 - layer[..., 3:]

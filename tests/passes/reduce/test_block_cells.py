@@ -1,4 +1,4 @@
-"""Cells of a scene: where a Gaussian is, how large, and of what colour."""
+"""Cells of a scene: where a Gaussian is, how large, and of what color."""
 
 import numpy as np
 from hypothesis import given
@@ -32,7 +32,7 @@ def test_a_coarser_cell_is_the_beginning_of_the_number(depth, first, second, col
     assert coarser(coarser(key, first), second) == coarser(key, min(first, second))
 
 
-def test_a_cell_holds_only_gaussians_of_its_own_size_and_colour():
+def test_a_cell_holds_only_gaussians_of_its_own_size_and_color():
     scene = random_gaussians(5000, spread=0.05, size=0.005)
     scene = replaced(
         scene, quats=scene.quats * 0 + [1, 0, 0, 0], scales=scene.scales[:, :1].repeat(3, axis=1)

@@ -16,7 +16,7 @@ def halves():
     return replaced(scene, means=means, sh=((colors - 0.5) / C0)[:, None], **same)
 
 
-def test_detail_is_the_deviation_of_colours_among_neighbours():
+def test_detail_is_the_deviation_of_colors_among_neighbours():
     scene = halves()
     detail, x = color_detail(scene), scene.means[:, 0]
     assert np.quantile(detail[x < -0.1], 0.9) < 1e-6  # the curve leaps, with a few groups

@@ -44,7 +44,7 @@ def test_a_thin_wire_that_stands_on_a_body_is_none() -> None:
 
 
 def test_a_second_body_of_coarse_gaussians_is_none() -> None:
-    """Large ones lie far from their neighbours and touch all the same: a wall."""
+    """Large ones lie far from their neighbors and touch all the same: a wall."""
     x, y = np.meshgrid(np.arange(-8, 8), np.arange(-8, 8))
     wall = blobs(np.stack([x.ravel(), y.ravel(), np.full(256, 9)], 1), (0.6, 0.6, 0.01))
     assert not is_apart(joined(ball(), wall)).any()

@@ -26,7 +26,7 @@ WORKLOADS = {
     "large groups": (surface(4000), 3),
     "one group": (surface(500), 1),
     "tiny groups": (surface(1000), 400),
-    "noise": (noise(3000), 200),  # the lists of neighbours are never long enough
+    "noise": (noise(3000), 200),  # the lists of neighbors are never long enough
     "one dimension": (noise(2000, 1), 50),
     "sixteen dimensions": (noise(2000, 16), 50),
     "equal points": (np.repeat(noise(40), 50, axis=0), 40),
@@ -75,7 +75,7 @@ def test_what_is_nearer_replaces_what_was_nearest(name, num_first, num_threads):
 
 
 def nearest_of(points, centers):
-    """The slow way: squared distances [N], and the first nearest centre of each point [N]."""
+    """The slow way: squared distances [N], and the first nearest center of each point [N]."""
     squared = ((points[:, None].astype(np.float64) - centers) ** 2).sum(axis=2)
     return squared.min(axis=1), squared.argmin(axis=1)
 
@@ -115,7 +115,7 @@ def lloyd_of(points, weights, k, seed, num_steps, gain):
     return labels, steps, (weights * squared).sum(), num_empty
 
 
-# Of three centres at -3.5, 1 and 2.4 the one in the middle loses its points to both sides.
+# Of three centers at -3.5, 1 and 2.4 the one in the middle loses its points to both sides.
 SQUEEZED = np.array([-3.5, -1.3, -1.31, -1.32, -1.33, -1, 1, 1.75, 1.76, 1.77, 1.78, 2.4], "f4")[:, None]
 SMALL = {
     "surface": (surface(1000), 40),

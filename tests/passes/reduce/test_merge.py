@@ -81,7 +81,7 @@ def test_more_rows_than_a_block_merge_like_few():
     np.testing.assert_allclose(covariances(merged)[1], expected, rtol=1e-9, atol=1e-9)
 
 
-def test_colour_is_that_of_what_is_seen():
+def test_color_is_that_of_what_is_seen():
     scene = random_gaussians(20_000)
     inside = np.linalg.norm(scene.means, axis=1) < 1.5
     sh = np.where(inside[:, None, None], -1.0, 1.0) * np.ones((20_000, 1, 3))

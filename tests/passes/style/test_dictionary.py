@@ -1,4 +1,4 @@
-"""Marks that are cut out of a painting with their colours, and which strokes take which of them."""
+"""Marks that are cut out of a painting with their colors, and which strokes take which of them."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ def marks():
     return learn_marks(paint("swirls", size=(480, 360)), 48)
 
 
-def test_marks_have_the_colours_of_the_painting(marks):
+def test_marks_have_the_colors_of_the_painting(marks):
     found = marks.dictionary
     assert 40 <= len(found) <= 48
     painted = oklab_of(paint("swirls", size=(480, 360)).reshape(-1, 3)[::50].astype(np.float64))
@@ -36,7 +36,7 @@ def test_marks_have_the_colours_of_the_painting(marks):
     assert np.abs((found.residuals * weights[..., None]).sum(axis=(1, 2))).max() < 0.01
 
 
-def test_a_mark_laid_in_its_own_colour_is_the_mark(marks):
+def test_a_mark_laid_in_its_own_color_is_the_mark(marks):
     texels = marks.dictionary.texels.copy()
     texels[..., :3] = 128 + (texels[..., :3].astype(int) - 128) // 4  # so calm that no contrast is added
     found = replace(marks.dictionary, texels=texels)
@@ -53,7 +53,7 @@ def test_a_mark_laid_in_its_own_colour_is_the_mark(marks):
 
 
 def dictionary(colors, steps=0):
-    """Marks of these colours; their lightness differs by so many steps up and down."""
+    """Marks of these colors; their lightness differs by so many steps up and down."""
     texels = np.full((len(colors), 4, 8, 4), 128, np.uint8)
     up = np.broadcast_to(np.reshape(steps, (-1, 1, 1)), (len(colors), 4, 4))
     texels[:, :, ::2, 0] += up.astype(np.uint8)
@@ -62,7 +62,7 @@ def dictionary(colors, steps=0):
     return MarkDictionary(lab.astype(np.float32), np.full(len(colors), 1 / len(colors), np.float32), texels)
 
 
-def test_strokes_take_marks_of_their_colour_and_keep_them():
+def test_strokes_take_marks_of_their_color_and_keep_them():
     strokes = random_gaussians(300, seed=2)
     colors = np.random.default_rng(0).random((40, 3))
     choice = [(dictionary(colors), np.arange(40, dtype=np.uint8), 1.0)]
@@ -76,7 +76,7 @@ def test_strokes_take_marks_of_their_colour_and_keep_them():
 
 
 def half_calm(num=400):
-    """Strokes in two places of one mean colour: in the first they hardly differ, in the other much."""
+    """Strokes in two places of one mean color: in the first they hardly differ, in the other much."""
     strokes, g = random_gaussians(num, seed=3), np.random.default_rng(0)
     is_calm = np.arange(num) < num // 2
     means = g.normal(0, 1, (num, 3)) + np.where(is_calm, -10, 10)[:, None]

@@ -54,7 +54,7 @@ def test_a_residual_is_the_sum_of_its_bumps():
 
 @for_each("names", [COLOR_FEATURES, ("height",), ("blue_yellow", "height", "size")])
 @for_each("has_slopes", [False, True])
-def test_slopes_are_the_derivative_of_the_colours(names, has_slopes):
+def test_slopes_are_the_derivative_of_the_colors(names, has_slopes):
     strokes = random_gaussians(200)
     rgb = np.random.default_rng(1).uniform(0.05, 0.95, (200, 3))
     one = edit_map(StyleEdit(WARM, residual=residual(names, has_slopes=has_slopes)))
@@ -63,7 +63,7 @@ def test_slopes_are_the_derivative_of_the_colours(names, has_slopes):
     np.testing.assert_allclose(found, difference_slopes(one, rgb, features), rtol=1e-3, atol=1e-3)
 
 
-def test_colours_without_a_stroke_take_what_depends_on_colour_alone():
+def test_colors_without_a_stroke_take_what_depends_on_color_alone():
     rgb = np.random.default_rng(0).uniform(size=(10, 3))
     plain = edit_map(StyleEdit(WARM)).colors(rgb)
     of_height = edit_map(StyleEdit(WARM, residual=residual()))

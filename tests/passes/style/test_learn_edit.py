@@ -1,4 +1,4 @@
-"""An edit that was learnt is the edit that was made, as far as a scene can say."""
+"""An edit that was learned is the edit that was made, as far as a scene can say."""
 
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ AFFINE = {
 
 
 def scene(n=2000, seed=0, colors=None, dtype=np.float64):
-    """A cloud of strokes in random colours within the display range, or in given ones."""
+    """A cloud of strokes in random colors within the display range, or in given ones."""
     plain = random_gaussians(n, seed, spread=0.4, terms=4)
     if colors is None:
         colors = np.random.default_rng(seed + 1).uniform(size=(n, 3))
@@ -46,11 +46,11 @@ def error(edit, other, wanted):
 def test_an_affine_edit_is_found_exactly(name, dtype):
     matrix, offset = AFFINE[name]
     before = scene(dtype=dtype)
-    learnt = learn_edit(before, map_colors(before, Affine(matrix, offset)), VIEW)
-    np.testing.assert_allclose(learnt.edit.affine, np.column_stack([matrix, offset]), atol=1e-5)
-    assert learnt.edit.residual is None
-    assert learnt.edit.log_size == 0
-    assert learnt.left < 1e-5
+    learned = learn_edit(before, map_colors(before, Affine(matrix, offset)), VIEW)
+    np.testing.assert_allclose(learned.edit.affine, np.column_stack([matrix, offset]), atol=1e-5)
+    assert learned.edit.residual is None
+    assert learned.edit.log_size == 0
+    assert learned.left < 1e-5
     if name in ("warm", "negative"):  # each channel is taken to change for itself where all is grey
         greys = scene(500, colors=np.random.default_rng(0).uniform(size=(500, 1)))
         edit = learn_edit(greys, map_colors(greys, Affine(matrix, offset)), VIEW).edit
@@ -58,7 +58,7 @@ def test_an_affine_edit_is_found_exactly(name, dtype):
 
 
 @pytest.mark.parametrize("count", [1, 2, 500])
-def test_of_one_colour_that_colour_is_right(count):
+def test_of_one_color_that_color_is_right(count):
     before = scene(count, colors=(0.6, 0.4, 0.2))
     after = scene(count, colors=(0.3, 0.5, 0.7))
     edit = learn_edit(before, after, VIEW).edit
@@ -69,7 +69,7 @@ def test_of_one_colour_that_colour_is_right(count):
 
 @for_each(("num_levels", "low", "high"), [(4, 0.5, 0.95), (5, 0.05, 0.6)])
 def test_an_edit_that_cannot_be_learnt_does_no_harm_to_other_scenes(num_levels, low, high):
-    """A scene of few colours is posterised, and what is learnt meets all colours."""
+    """A scene of few colors is posterised, and what is learned meets all colors."""
     rng = np.random.default_rng(1)
     few = np.clip(rng.uniform(low, high, (800, 1)) + rng.normal(0, 0.1, (800, 3)), 0, 1)
     before, other = scene(800, colors=few), scene(seed=3)
@@ -77,10 +77,10 @@ def test_an_edit_that_cannot_be_learnt_does_no_harm_to_other_scenes(num_levels, 
         with_colors(one, np.floor(np.clip(colors_of(one), 0, 0.9999) * num_levels) / (num_levels - 1))
         for one in (before, other)
     )
-    learnt = learn_edit(before, after, VIEW, num_bumps=FEW)
+    learned = learn_edit(before, after, VIEW, num_bumps=FEW)
     unchanged = np.sqrt(((colors_of(other) - colors_of(wanted)) ** 2).mean())
-    assert error(learnt.edit, other, wanted) < 1.1 * unchanged
-    assert error(learnt.edit, before, after) < 1.05 * learnt.changed
+    assert error(learned.edit, other, wanted) < 1.1 * unchanged
+    assert error(learned.edit, before, after) < 1.05 * learned.changed
 
 
 def reds_to_blue(gaussians):
@@ -101,11 +101,11 @@ def darker_upward(gaussians):
 )
 def test_a_partial_edit_is_learnt_by_the_features_it_depends_on_and_holds_elsewhere(change, names, within):
     before, other = scene(1000), scene(1000, seed=5)
-    learnt = learn_edit(before, change(before), VIEW, num_bumps=FEW)
-    assert learnt.edit.residual is not None
-    assert set(learnt.edit.residual.features) <= names
-    assert learnt.held_out < 0.5 * learnt.left
-    assert error(learnt.edit, other, change(other)) < within
+    learned = learn_edit(before, change(before), VIEW, num_bumps=FEW)
+    assert learned.edit.residual is not None
+    assert set(learned.edit.residual.features) <= names
+    assert learned.held_out < 0.5 * learned.left
+    assert error(learned.edit, other, change(other)) < within
     plain = learn_edit(before, change(before), VIEW, num_bumps=0)
     assert plain.edit.residual is None
     assert error(plain.edit, other, change(other)) > 2 * within

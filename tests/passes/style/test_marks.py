@@ -1,4 +1,4 @@
-"""What is learnt of the marks of four paintings whose marks are known, and brushes cut out of them."""
+"""What is learned of the marks of four paintings whose marks are known, and brushes cut out of them."""
 
 import numpy as np
 import pytest
@@ -6,16 +6,16 @@ import pytest
 from brushgs.passes.style.marks import learn_marks
 from brushgs.values.colors import rgb_of
 from tests.kit.for_each import for_each
-from tests.kit.mark_paintings import KINDS, learnt, paint
+from tests.kit.mark_paintings import KINDS, learned, paint
 
-# Mean angle, degrees, between learnt and true directions: dabs are nearly as wide as long, and washes lie
+# Mean angle, degrees, between learned and true directions: dabs are nearly as wide as long, and washes lie
 # over each other, which shows edges across them as well.
 WITHIN = {"hatching": 4, "swirls": 9, "dabs": 20, "washes": 30}
 
 
 @pytest.mark.parametrize("name", KINDS)
 def test_sizes_directions_and_ground_are_near_the_truth(name):
-    marks, kind = learnt(name), KINDS[name]
+    marks, kind = learned(name), KINDS[name]
     assert 1 / 1.4 < marks.length / kind.length < 1.4
     assert 1 / 1.5 < marks.aspect / kind.aspect < 1.5
     found = marks.directions.astype(np.float64)
@@ -49,7 +49,7 @@ def aspects_of(images):
     ("name", "low", "high"), [("hatching", 4, 11), ("swirls", 3, 6), ("dabs", 1, 2.2), ("washes", 0, 20)]
 )
 def test_a_few_small_brushes_of_the_aspect_of_marks_are_cut_out_none_in_a_rectangle(name, low, high):
-    images = learnt(name).brushes
+    images = learned(name).brushes
     assert 4 <= len(images) <= 8
     assert sum(image.nbytes for image in images) < 70_000
     assert low < np.median(aspects_of(images)) < high
@@ -74,7 +74,7 @@ def test_pictures_of_any_channels_are_taken(channels):
 
 @for_each(
     ("shape", "message"),
-    [((64, 64, 5), "1 to 4 channels"), ((64, 31, 3), "got 3 in 31x64"), ((64, 64, 3), "one even colour")],
+    [((64, 64, 5), "1 to 4 channels"), ((64, 31, 3), "got 3 in 31x64"), ((64, 64, 3), "one even color")],
 )
 def test_what_is_no_painting_is_refused(shape, message):
     with pytest.raises(ValueError, match=message):

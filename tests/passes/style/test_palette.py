@@ -1,4 +1,4 @@
-"""A palette holds the colours of a painting, in their shares, by names that people use."""
+"""A palette holds the colors of a painting, in their shares, by names that people use."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from tests.kit.for_each import for_each
 
 
 def image(parts, height=60, width=100, noise=0.02):
-    """Upright stripes of colours in their shares."""
+    """Upright stripes of colors in their shares."""
     rng = np.random.default_rng(0)
     counts = np.rint(np.array([share for _, share in parts]) * width).astype(int)
     row = np.repeat([color for color, _ in parts], counts, axis=0)
@@ -24,7 +24,7 @@ PARTS = [
 ]
 
 
-def test_the_colours_of_a_painting_are_found_in_their_shares():
+def test_the_colors_of_a_painting_are_found_in_their_shares():
     palette = learn_palette(image(PARTS))
     for rgb, share in PARTS:
         near = [c for c in palette.colors if np.linalg.norm(c.rgb - rgb) < 0.08]
@@ -76,7 +76,7 @@ def test_what_is_transparent_does_not_count():
         ("#f8e040", "bright yellow"),
     ],
 )
-def test_colours_have_the_names_that_people_use(code, name):
+def test_colors_have_the_names_that_people_use(code, name):
     assert color_name(np.array([int(code[i : i + 2], 16) / 255 for i in (1, 3, 5)])) == name
     names = color_names(np.array([[0.05, 0.1, 0.3], [0.08, 0.14, 0.38], [0.1, 0.18, 0.45], [0.1, 0.1, 0.1]]))
     assert len(set(names)) == 4

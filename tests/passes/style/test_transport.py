@@ -1,4 +1,4 @@
-"""The paint of a scene takes the colours of a painting by a smooth map, and structure stays."""
+"""The paint of a scene takes the colors of a painting by a smooth map, and structure stays."""
 
 import numpy as np
 import pytest

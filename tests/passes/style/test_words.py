@@ -1,4 +1,4 @@
-"""Words fit what they say: colours, light and marks that are made to be so."""
+"""Words fit what they say: colors, light and marks that are made to be so."""
 
 import numpy as np
 
@@ -48,13 +48,13 @@ def of_marks(*given, **named):
         ([(0.9, 0.2, 0.2), (0.1, 0.7, 0.7)], {"contrasting in hue"}, {"of one hue"}),
     ],
 )
-def test_words_of_light_and_colour(colors, fits, fits_not):
+def test_words_of_light_and_color(colors, fits, fits_not):
     found = words(of_colors(*colors))
     assert fits <= found
     assert not fits_not & found
 
 
-def test_colours_are_named_by_their_shares():
+def test_colors_are_named_by_their_shares():
     found = of_colors((0.1, 0.2, 0.7), (0.8, 0.75, 0.2), (0.7, 0.1, 0.1), shares=[0.7, 0.27, 0.03])
     shares = {word.word: word.value for word in found if word.figure == "share of the picture"}
     assert [round(share, 2) for share in shares.values()] == [0.7, 0.27]
@@ -77,8 +77,8 @@ def chance(x, y):
         ({"angle": lambda x, y: -0.8 + 0.1 * np.sin(40 * x)}, {"aligned"}, {"swirling", "restless"}),
         ({"angle": swirl}, {"swirling"}, {"aligned", "restless"}),
         ({"angle": chance}, {"restless"}, {"aligned", "swirling"}),
-        ({"broken_lightness": 0.15, "relief": 0.8}, {"broken in colour", "thick"}, {"flat in colour"}),
-        ({"broken_lightness": 0.0}, {"flat in colour"}, {"broken in colour", "thick"}),
+        ({"broken_lightness": 0.15, "relief": 0.8}, {"broken in color", "thick"}, {"flat in color"}),
+        ({"broken_lightness": 0.0}, {"flat in color"}, {"broken in color", "thick"}),
     ],
 )
 def test_words_of_marks(given, fits, fits_not):
@@ -101,10 +101,10 @@ def strokes(num=900, *, angle=lambda x, y: 0 * x, aspect=3.0, width=0.05, deviat
 @for_each(
     ("given", "fits", "fits_not"),
     [
-        ({}, {"aligned", "flat in colour"}, {"swirling", "broken in colour", "dabbed"}),
+        ({}, {"aligned", "flat in color"}, {"swirling", "broken in color", "dabbed"}),
         ({"angle": lambda x, y: np.arctan2(y, x) + np.pi / 2}, {"swirling"}, {"aligned", "restless"}),
         ({"angle": chance}, {"restless"}, {"aligned", "swirling"}),
-        ({"deviation": 0.2}, {"broken in colour"}, {"flat in colour"}),
+        ({"deviation": 0.2}, {"broken in color"}, {"flat in color"}),
         ({"aspect": 1.2}, {"dabbed"}, {"drawn-out"}),
         ({"aspect": 6.0, "width": 0.03}, {"drawn-out"}, {"dabbed"}),
         ({"width": 0.005, "num": 5000}, {"fine"}, {"broad"}),

@@ -1,4 +1,4 @@
-"""Boxes, balls, half spaces and colours: who is in, and soft edges."""
+"""Boxes, balls, half spaces and colors: who is in, and soft edges."""
 
 import numpy as np
 import pytest

@@ -14,9 +14,9 @@ COLORS = {"blue": (0.1, 0.2, 0.9), "red": (0.9, 0.1, 0.1), "green": (0.1, 0.7, 0
 
 
 class ColorEncoder:
-    """In place of a model: a patch is its mean colour, a word the colour it names; what is no colour is grey.
+    """In place of a model: a patch is its mean color, a word the color it names; what is no color is grey.
 
-    A colour less its grey is its direction; the fourth number is what all have in common.
+    A color less its grey is its direction; the fourth number is what all have in common.
     """
 
     side, patch = 14, 4
@@ -40,7 +40,7 @@ class ColorEncoder:
 
 
 def balls(num=1500):
-    """A blue, a red and a green ball of flat grey-free colours in a row, dense shells; [N] which is which."""
+    """A blue, a red and a green ball of flat grey-free colors in a row, dense shells; [N] which is which."""
     which = np.repeat(np.arange(3), num)
     means = np.tile(on_sphere(num), (3, 1)) + np.outer(which - 1, (2.6, 0, 0))
     return gaussians_at(means, 0.06, np.array(list(COLORS.values()))[which], opacity=0.95), which

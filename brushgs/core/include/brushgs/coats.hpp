@@ -31,7 +31,7 @@ template <class T>
 void lay_over(const Layer<T>& front, const Layer<T>& back, T hidden, std::size_t num_pixels, int num_threads,
               const LayerOut<T>& out);
 
-// Strokes on their ground, whose colour is multiplied by a tint, if any.
+// Strokes on their ground, whose color is multiplied by a tint, if any.
 template <class T>
 void lay_on_ground(const T* rgb, const T* alpha, const T* ground, const T* tint, std::size_t num_pixels,
                    int num_threads, T* picture);

@@ -19,7 +19,7 @@ struct Coverage {
     std::size_t num_touching;  // so many first neighbours count for `touching` and `parallel`
     double touch;              // squared Mahalanobis distance below which a neighbour touches
     int num_threads;
-    double* passed;    // [num_rows] transmittance of the neighbours at the centre
+    double* passed;    // [num_rows] transmittance of the neighbours at the center
     double* touching;  // [num_rows] how many of the first neighbours touch
     double* parallel;  // [num_rows] sum of the cosines between the normals of these and the own, each 0 to 1
 };

@@ -1,4 +1,4 @@
-// Centre and radius of a scene, robust against outliers, and positions in them.
+// Center and radius of a scene, robust against outliers, and positions in them.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ struct Extent {
 template <class T>
 Extent robust_extent(const T* points, std::size_t count, int num_threads);
 
-// A position in radii of the scene from its centre, contracted beyond one radius to less than two; returns the factor
+// A position in radii of the scene from its center, contracted beyond one radius to less than two; returns the factor
 // on lengths there. Source: Barron et al. 2022, Mip-NeRF 360, eq. 10.
 template <class T>
 double contract(const T* point, const Extent& extent, double* place);

@@ -21,7 +21,7 @@ struct FeatureQuery {
     int num_threads;
 };
 
-// Contracted position and scales, radii of the scene, and weighted base colour of each, [count, kFeatures].
+// Contracted position and scales, radii of the scene, and weighted base color of each, [count, kFeatures].
 template <class T>
 void cluster_features(const FeatureQuery<T>& query, float* points);
 
@@ -36,16 +36,16 @@ template <class T>
 void feature_spans(const T* quats, const float* points, std::size_t count, std::size_t width, int num_threads,
                    float* spans);
 
-// Standard deviation of base colours among neighbours, [count], 0 to about 0.9: groups of 16 that follow each other on
+// Standard deviation of base colors among neighbours, [count], 0 to about 0.9: groups of 16 that follow each other on
 // the Morton curve of the positions [count, 3]; the last one holds the rest too.
 template <class T>
 void color_detail(const T* sh, std::size_t sh_terms, const double* places, std::size_t count, int num_threads,
                   double* detail);
 
-// Weights in k-means, [count], above 0 to 1: contribution^(3/8) x colour detail, relative to the largest.
+// Weights in k-means, [count], above 0 to 1: contribution^(3/8) x color detail, relative to the largest.
 //
 // Linear weights would spend all clusters on the few largest Gaussians, equal weights on the many hidden ones. Large
-// Gaussians of one colour, such as a wall, need few strokes: detail (at most 0.1, plus 0.01) moves them to areas with
+// Gaussians of one color, such as a wall, need few strokes: detail (at most 0.1, plus 0.01) moves them to areas with
 // more. In trained scenes nearly all areas reach that maximum.
 void cluster_weights(const double* contributions, const double* detail, std::size_t count, double* weights);
 

@@ -128,7 +128,7 @@ struct ViewFrame {
     double w[12];             // camera from world, the first three rows
     double fx, fy, cx, cy;    // pixels
     double limit_x, limit_y;  // of x / z and y / z, where the Jacobian is taken
-    double eye[3];            // camera centre in the world
+    double eye[3];            // camera center in the world
 };
 
 [[gnu::always_inline]] static inline ViewFrame view_frame(const View& view) {
@@ -137,7 +137,7 @@ struct ViewFrame {
     frame.fx = view.fx, frame.fy = view.fy, frame.cx = view.cx, frame.cy = view.cy;
     frame.limit_x = kClamp * 0.5 * view.width / view.fx;
     frame.limit_y = kClamp * 0.5 * view.height / view.fy;
-    const double* w = frame.w;  // the centre is -R^T t
+    const double* w = frame.w;  // the center is -R^T t
     for (int k = 0; k < 3; ++k) frame.eye[k] = -(w[k] * w[3] + w[4 + k] * w[7] + w[8 + k] * w[11]);
     return frame;
 }

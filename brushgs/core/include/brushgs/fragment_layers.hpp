@@ -15,8 +15,8 @@ template <class T>
 struct FragmentView {
     const std::int64_t* starts;         // [pixels + 1]
     const std::int32_t* marks;          // row of a table of marks
-    const T* weights;                   // of the colour
-    const T* shades;                    // by which the colour is multiplied
+    const T* weights;                   // of the color
+    const T* shades;                    // by which the color is multiplied
     const std::uint8_t* is_underpaint;  // 0 or 1
     std::size_t num_pixels;
 };
@@ -57,7 +57,7 @@ struct Setting {
     const T* rest_rgb;    // [pixels, 3] premultiplied; null: nothing
     const T* rest_alpha;  // [pixels]; with `rest_rgb`
     T rest_depth;
-    const T* factors;  // [pixels] by which the lamp multiplies a colour; null: no lamp
+    const T* factors;  // [pixels] by which the lamp multiplies a color; null: no lamp
     const T* shines;   // [pixels] which it adds, times alpha; with `factors`
 };
 

@@ -18,8 +18,8 @@ template <class T>
 struct Fragments {
     Buffer<std::int64_t> starts;         // [pixels + 1] pixel i has the fragments starts[i] to starts[i + 1] - 1
     Buffer<std::int32_t> rows;           // the box of each
-    Buffer<T> weights;                   // of its colour, and of anything else
-    Buffer<T> shades;                    // by which streaks multiply its colour
+    Buffer<T> weights;                   // of its color, and of anything else
+    Buffer<T> shades;                    // by which streaks multiply its color
     Buffer<std::uint8_t> is_underpaint;  // 0 or 1
     std::size_t num_pixels, count;
 };

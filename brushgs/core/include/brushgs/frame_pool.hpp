@@ -45,7 +45,7 @@ public:
     }
 
 private:
-    static constexpr std::size_t kMaxKept = 4;                           // colour, alpha, depth and height of one frame
+    static constexpr std::size_t kMaxKept = 4;                           // color, alpha, depth and height of one frame
     static constexpr std::size_t kLargestKept = std::size_t{128} << 20;  // above, memory matters more than time
 
     struct Block {

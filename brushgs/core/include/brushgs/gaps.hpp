@@ -8,7 +8,7 @@
 // So strokes grow if nothing else covers their place. A stroke is viewed along its thinnest axis, perpendicular to its
 // surface:
 //
-// - How far it is alone is the share of its paint that no other stroke covers at its centre. On a lattice of one layer
+// - How far it is alone is the share of its paint that no other stroke covers at its center. On a lattice of one layer
 //   that is 0.85 to 0.95; on five trained scenes (2000 strokes) 0.06 to 0.2 in the median, 0.3 to 0.6 for one in ten.
 // - How flat its place is distinguishes planes from curved surfaces. Strokes on small fruit, which end at an outline,
 //   must not spill.

@@ -1,4 +1,4 @@
-// Glazes: transparent paint. Each box transmits a share of each colour of the light, so the transmitted light is a
+// Glazes: transparent paint. Each box transmits a share of each color of the light, so the transmitted light is a
 // product that does not depend on the order. Defined by brushgs/rendering/reference.py.
 //
 // Compiled once per instruction set, see CMakeLists.txt.
@@ -10,7 +10,7 @@
 
 namespace brushgs::BRUSHGS_ISA {
 
-// Adds a record to the sums of alpha x log2 of its colour. No pixel is ever finished: each glaze changes the tint.
+// Adds a record to the sums of alpha x log2 of its color. No pixel is ever finished: each glaze changes the tint.
 template <class T, Kernel kernel>
 [[gnu::always_inline]] inline void glaze_record(const TileTask<T>& task, std::uint32_t id, TileState<T, 0>& tile) {
     using L = Lanes<T>;

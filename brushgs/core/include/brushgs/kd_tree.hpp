@@ -1,4 +1,4 @@
-// A k-d tree whose nodes know the box around their centres: nodes farther away than the best result so far are skipped.
+// A k-d tree whose nodes know the box around their centers: nodes farther away than the best result so far are skipped.
 #pragma once
 
 #include <algorithm>
@@ -10,11 +10,11 @@
 
 namespace brushgs {
 
-constexpr std::size_t kLeaf = 8;        // centres that are compared one by one
-constexpr std::size_t kMostDepth = 64;  // of a tree that halves fewer than 2^31 centres, with room to spare
+constexpr std::size_t kLeaf = 8;        // centers that are compared one by one
+constexpr std::size_t kMostDepth = 64;  // of a tree that halves fewer than 2^31 centers, with room to spare
 
 // Sum of squares. In a fixed order, so that rounding never makes a sum of smaller terms larger: the distance to a box
-// must not exceed that to a centre inside.
+// must not exceed that to a center inside.
 template <class Difference>
 double sum_of_squares(std::size_t count, const Difference& difference) {
     double a = 0, b = 0, c = 0, d = 0;
@@ -29,11 +29,11 @@ double sum_of_squares(std::size_t count, const Difference& difference) {
 }
 
 struct Node {
-    std::uint32_t begin, end;  // centres of the tree, in its order
+    std::uint32_t begin, end;  // centers of the tree, in its order
     std::uint32_t second;      // the other child; the first follows at once. 0: a leaf
 };
 
-// The result of a search. `squared` is the maximum squared distance of an interesting centre.
+// The result of a search. `squared` is the maximum squared distance of an interesting center.
 struct Best {
     double squared;
     std::int32_t row;
@@ -101,7 +101,7 @@ private:
         grow(centers, half, end);
     }
 
-    // Adds the box around some centres; returns the axis along which it is widest.
+    // Adds the box around some centers; returns the axis along which it is widest.
     std::size_t add_box(const double* centers, std::size_t begin, std::size_t end) {
         const std::size_t at = boxes_.size();
         boxes_.resize(at + 2 * dimensions_);
@@ -140,7 +140,7 @@ private:
     }
 
     std::size_t dimensions_;
-    std::vector<std::int32_t> rows_;  // of the centres, in the order of the tree
+    std::vector<std::int32_t> rows_;  // of the centers, in the order of the tree
     std::vector<double> places_;      // [num_centers, num_dimensions] in that order
     std::vector<double> boxes_;       // per node: low and high ends
     std::vector<Node> nodes_;

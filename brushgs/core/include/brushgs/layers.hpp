@@ -1,4 +1,4 @@
-// Layers of a picture besides its colour: in each pixel the alpha-weighted mean of an attribute of the boxes. So far
+// Layers of a picture besides its color: in each pixel the alpha-weighted mean of an attribute of the boxes. So far
 // there is one, the depth. The attributes of layers are defined in brushgs/values/boxes.py; here a layer is one channel
 // or several, and a channel is one number per box (the attribute) or per pixel (its mean).
 #pragma once

@@ -1,4 +1,4 @@
-// Weighted points -> clusters, by k-means: points to the nearest centre, centres to the mean of their points.
+// Weighted points -> clusters, by k-means: points to the nearest center, centers to the mean of their points.
 #pragma once
 
 #include <cstddef>
@@ -18,10 +18,10 @@ struct WeightedPoints {
 // How many random numbers `start_centers` may use.
 std::size_t most_draws(std::size_t num_clusters);
 
-// First centres, [k, num_dimensions], k at most `num_clusters`: fewer only if there are fewer distinct points.
+// First centers, [k, num_dimensions], k at most `num_clusters`: fewer only if there are fewer distinct points.
 //
 // They are taken in rounds, by systematic sampling along the points, which should lie along a space-filling curve. The
-// first round samples by weight, later ones by weight x squared distance to the nearest centre so far. Compared with
+// first round samples by weight, later ones by weight x squared distance to the nearest center so far. Compared with
 // one round the inertia after equal steps is 1 to 40 % lower.
 // Source: Bahmani et al. 2012, Scalable k-means++ (rounds; there the samples are random).
 std::vector<double> start_centers(const WeightedPoints& points, std::size_t num_clusters,
@@ -40,11 +40,11 @@ struct Clusters {
     std::unique_ptr<std::int32_t[]> labels;  // [num_points] 0 to num_clusters - 1, each in use
     std::size_t num_clusters;
     int num_steps;
-    double inertia;  // sum of weight x squared distance to the nearest of the final centres
+    double inertia;  // sum of weight x squared distance to the nearest of the final centers
 };
 
-// Every step is exact. A centre without points restarts at the point with the largest weighted squared distance to its
-// centre. Does not depend on `num_threads`, bit for bit.
+// Every step is exact. A center without points restarts at the point with the largest weighted squared distance to its
+// center. Does not depend on `num_threads`, bit for bit.
 Clusters find_clusters(const WeightedPoints& points, const Lloyd& lloyd);
 
 }  // namespace brushgs

@@ -1,4 +1,4 @@
-// Points -> the nearest of some centres, or of each other, one or several, exactly: by a k-d tree.
+// Points -> the nearest of some centers, or of each other, one or several, exactly: by a k-d tree.
 #pragma once
 
 #include <cstddef>
@@ -21,13 +21,13 @@ struct NearestQuery {
 
 struct Nearest {
     std::unique_ptr<double[]> distances;   // [num_points]
-    std::unique_ptr<std::int32_t[]> rows;  // [num_points]; of equally near centres the first
+    std::unique_ptr<std::int32_t[]> rows;  // [num_points]; of equally near centers the first
 };
 
 // Fastest if consecutive points are near each other. Does not depend on `num_threads`, bit for bit.
 Nearest find_nearest(const NearestQuery& query);
 
-// Points, grouped by their previous nearest centre.
+// Points, grouped by their previous nearest center.
 struct PointGroups {
     const float* points;         // [num_points, num_dimensions]
     const double* centers;       // [num_groups, num_dimensions]
@@ -38,11 +38,11 @@ struct PointGroups {
     std::size_t num_dimensions;  // 1 to kMostDimensions
 };
 
-// The result of `find_nearest` for moved centres, bit for bit, but several times faster if most points stay in their
+// The result of `find_nearest` for moved centers, bit for bit, but several times faster if most points stay in their
 // groups.
 Nearest find_nearest_again(const PointGroups& groups, int num_threads);
 
-// Centres that are added to those of the groups.
+// Centers that are added to those of the groups.
 struct NearerQuery {
     const double* others;  // [num_others, num_dimensions]
     std::size_t num_others;

@@ -1,4 +1,4 @@
-// Display-encoded colours -> OKLab, by tables of both curves; and what an eye at the usual distance sees of a picture.
+// Display-encoded colors -> OKLab, by tables of both curves; and what an eye at the usual distance sees of a picture.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ struct OklabTables {
     const float* lab_from_roots;  // [3, 3]
 };
 
-// Writes [3, count] from colours [count, 3], 0 to 1; what is beyond is clipped.
+// Writes [3, count] from colors [count, 3], 0 to 1; what is beyond is clipped.
 void oklab_planes(const OklabTables& tables, const float* rgb, std::size_t count, int num_threads, float* planes);
 
 struct PlainPicture {
@@ -23,7 +23,7 @@ struct PlainPicture {
     std::size_t height, width;
 };
 
-// Writes the colours of means of squares of 2 x 2 pixels over black and over white, [2, 3, h, w] with h and w the
+// Writes the colors of means of squares of 2 x 2 pixels over black and over white, [2, 3, h, w] with h and w the
 // halves, rounded up: an odd last row or column is not averaged.
 void seen_planes(const OklabTables& tables, const PlainPicture& picture, int num_threads, float* planes);
 

@@ -1,7 +1,7 @@
 // What each box makes up of a picture: sums of values of pixels by the weights that the box is blended with.
 //
 // The weight of a box at a pixel is its alpha times the transmittance in front. Such sums are the derivative of a
-// picture by its colours, bit for bit those of `rasterize_backward`; but they need neither the picture nor the slopes
+// picture by its colors, bit for bit those of `rasterize_backward`; but they need neither the picture nor the slopes
 // of coverage, and take 0.5 to 0.7 of its time.
 #pragma once
 

@@ -32,7 +32,7 @@ struct UnderpaintView {
     double opacity = 0;               // in that of the box
 };
 
-// Streaks of bristles: factors on a stroke's colour across the stroke, see brushgs/rendering/streaks.py.
+// Streaks of bristles: factors on a stroke's color across the stroke, see brushgs/rendering/streaks.py.
 constexpr int kBristles = 12;       // across a box
 constexpr int kBristleMargin = 12;  // beyond it on either side: filtered levels of an image are larger than the box
 template <class T>
@@ -44,7 +44,7 @@ struct StreakView {
     const T* weights = nullptr;            // [M, 2] of the bands: the factor is 1 + sum of weight (noise / 127.5 - 1)
     const T* slopes = nullptr;             // [M, 2] derivative of the weights by the half extent along v, per pixel
     // [M, 3] single bristles of the first band again, of a size of their own: how many across the box, at most
-    // kMostFine, the weight of their noise on the colour, and on the height in pixels; null: none. Without derivative.
+    // kMostFine, the weight of their noise on the color, and on the height in pixels; null: none. Without derivative.
     const T* fine = nullptr;
 };
 constexpr double kMostFine = 2048;
@@ -84,7 +84,7 @@ struct Level {
     double reach_v;
     // For pictures with a height, or null: `pairs`, and in the high half of each entry the pair of the brush's height.
     const std::uint32_t* pairs_with_height = nullptr;  // [rows * columns + 1]
-    // Of a coloured brush, or null: what is added to the colour of the stroke, a word a texel: red, green and blue,
+    // Of a colored brush, or null: what is added to the color of the stroke, a word a texel: red, green and blue,
     // low byte first, in steps of `tint_step` from kTintZero. The last row is there twice, and one more entry.
     const std::uint32_t* tints = nullptr;  // [(rows + 1) * columns + 1]
     double tint_step = 0;
@@ -118,17 +118,17 @@ struct RasterParams {
 
 template <class T>
 struct Picture {
-    T* rgb;               // [H, W, 3] premultiplied; of glazes the tint: the product over boxes of colour^alpha
+    T* rgb;               // [H, W, 3] premultiplied; of glazes the tint: the product over boxes of color^alpha
     T* alpha;             // [H, W]
     Channels<T> layers;   // [H, W] each
     T* height = nullptr;  // [H, W] pixels, or null; needs `reliefs` of the boxes and, of levels, pairs with height
 };
 
 // The data of one stroke at every pixel: texel = offset + gradient . (pixel - anchor). The anchor is a whole pixel in
-// or near the picture, so that differences are exact even for a distant box centre. One cache line.
+// or near the picture, so that differences are exact even for a distant box center. One cache line.
 template <class T>
 struct alignas(64) Record {
-    T offset_u, offset_v;  // texels (Gaussian: standard deviations; ellipse: half axes) at the anchor's centre
+    T offset_u, offset_v;  // texels (Gaussian: standard deviations; ellipse: half axes) at the anchor's center
     T du_dx, du_dy, dv_dx, dv_dy;
     T color[3];
     T opacity;                              // images: per texel unit, that is / 255

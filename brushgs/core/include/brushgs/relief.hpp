@@ -1,6 +1,6 @@
 // Relief: the height of the paint of a record at the pixels of a tile.
 //
-// A stroke adds its weight, that of its colour, times thickness + gain (h - 1/2), h the height of its brush. Built-in
+// A stroke adds its weight, that of its color, times thickness + gain (h - 1/2), h the height of its brush. Built-in
 // kernels and underpaint have no height of their own. Compiled once per instruction set, see CMakeLists.txt.
 #pragma once
 

@@ -200,7 +200,7 @@ struct Sampler {
         [[gnu::always_inline]] inline const Sample& operator[](int c) const { return of[c]; }
     };
 
-    // Red, green and blue of a coloured brush there, 0 to 255.
+    // Red, green and blue of a colored brush there, 0 to 255.
     [[gnu::always_inline]] inline ThreeSamples tints_at(const typename L::Word* texel, const T* fu, const T* fv) const {
         const auto upper = L::two_words(tints, texel), lower = L::two_words(tints + columns, texel);
         const Real at_u = L::load(fu), at_v = L::load(fv);
@@ -246,7 +246,7 @@ struct BlockCoordinates {
         const T dx = static_cast<T>(x0 - record.anchor_x), dy = static_cast<T>(y0 - record.anchor_y);
         const T tile_u = record.offset_u + (record.du_dx * dx + record.du_dy * dy);
         const T tile_v = record.offset_v + (record.dv_dx * dx + record.dv_dy * dy);
-        // Separating axes: a block lies beside the box when its pixel centres all lie beyond one of its sides.
+        // Separating axes: a block lies beside the box when its pixel centers all lie beyond one of its sides.
         constexpr T to_middle = (kBlockSize - 1) / T(2);
         const Real middle_u = L::set(to_middle * (record.du_dx + record.du_dy));
         const Real middle_v = L::set(to_middle * (record.dv_dx + record.dv_dy));

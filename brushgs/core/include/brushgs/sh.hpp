@@ -90,7 +90,7 @@ inline void sh_slopes(T x, T y, T z, T* by_x, T* by_y, T* by_z) {
     }
 }
 
-// The gradient by the coefficients from that by the colour: basis x gradient, term by term. The counterpart of
+// The gradient by the coefficients from that by the color: basis x gradient, term by term. The counterpart of
 // `add_terms`, in the same vectors of four.
 template <int degree, class T>
 inline void spread_terms(const T* basis, const T* v_color, T* v_sh) {

@@ -43,7 +43,7 @@ struct SoftQueues {
     std::unique_ptr<T[]> column_memory, reach_memory, shade_memory, height_memory;
     std::unique_ptr<std::uint32_t[]> record_memory;
     FragmentSlot<T>* slots = nullptr;     // [num_slots]
-    T* shades = nullptr;                  // [num_slots, num_shades, 16] factors of the colour, or colours; or null
+    T* shades = nullptr;                  // [num_slots, num_shades, 16] factors of the color, or colors; or null
     T* heights = nullptr;                 // [num_slots, 16] heights of the paint, pixels; null unless they are kept
     std::uint32_t* free_slots = nullptr;  // [num_slots] the first num_free are free, the last of them next
     FragmentEntry* entries = nullptr;     // [num_places, num_queues]
@@ -55,7 +55,7 @@ struct SoftQueues {
     T* squared_softness = nullptr;        // [num_places]
     T* reaches = nullptr;                 // [num_ids of a tile + 1] the largest squared softness from there on
     std::size_t num_slots = 0, num_free = 0, num_places = 0, num_words = 0, num_reaches = 0;
-    int num_shades = 0;  // of a slot: 0 for none, 1 for a factor, 3 for a colour
+    int num_shades = 0;  // of a slot: 0 for none, 1 for a factor, 3 for a color
     bool keeps_heights = false;
     bool is_crowd = false;  // of the tile: set where more than kMostWaiting wait
     Crowd<T> crowd;

@@ -1,4 +1,4 @@
-// Streaks along a stroke: the factor of its colour at a pixel, by the position across the stroke.
+// Streaks along a stroke: the factor of its color at a pixel, by the position across the stroke.
 //
 // Compiled once per instruction set, see CMakeLists.txt.
 #pragma once
@@ -75,7 +75,7 @@ struct Streaks {
     }
 };
 
-// Fine bristles of one box of a stroke image: what they add to its colour's factor (value 1) or its height (value 2).
+// Fine bristles of one box of a stroke image: what they add to its color's factor (value 1) or its height (value 2).
 template <class T>
 struct FineBristles {
     using L = Lanes<T>;

@@ -11,7 +11,7 @@
 
 namespace brushgs::BRUSHGS_ISA {
 
-// What is known of a record's colour at each pixel of a tile.
+// What is known of a record's color at each pixel of a tile.
 enum class Shading {
     none,     // nothing: it is that of the record
     streaks,  // the factor of it

@@ -47,7 +47,7 @@ public:
           reach_y_(std::fabs(sin_) * reach_u_ + std::fabs(cos_) * reach_v_),
           corner_y_((cos_ < 0 ? -sin_ : sin_) * reach_u_ - (sin_ < 0 ? -cos_ : cos_) * reach_v_) {}
 
-    // Ends of the box on the rows of pixels with centres `top` to `bottom`; false if it does not reach them. The box is
+    // Ends of the box on the rows of pixels with centers `top` to `bottom`; false if it does not reach them. The box is
     // convex: it extends furthest right on the row nearest to its rightmost corner.
     bool find(double top, double bottom, double& left, double& right) const {
         const double low = std::max(top - center_y_, -reach_y_), high = std::min(bottom - center_y_, reach_y_);
@@ -111,7 +111,7 @@ inline std::pair<int, int> reached_columns(const RowSpans& spans, int row, const
 inline void visit_four(const TileRange& range, const Outline& o, int columns, Chunk& chunk) {
     const float dx = static_cast<float>(range.last_column * kTileWidth) - o.center_x;
     const float dy = static_cast<float>(range.last_row * kTileHeight) - o.center_y;
-    const float nearest = 0.5f * (std::fabs(o.cos) + std::fabs(o.sin));  // pixel centre to the point they share
+    const float nearest = 0.5f * (std::fabs(o.cos) + std::fabs(o.sin));  // pixel center to the point they share
     const float to_center = nearest - static_cast<float>(slack_of(o));
     const float u = o.cos * dx + o.sin * dy, v = o.cos * dy - o.sin * dx;
     const bool beyond_u = std::fabs(u) + to_center > o.reach_u, beyond_v = std::fabs(v) + to_center > o.reach_v;
@@ -126,7 +126,7 @@ inline void visit_four(const TileRange& range, const Outline& o, int columns, Ch
     chunk.visit(first + columns + 1, (skipped & 8) == 0);
 }
 
-// Visits the tiles whose pixel centres may lie inside the outline, row by row.
+// Visits the tiles whose pixel centers may lie inside the outline, row by row.
 inline void visit_tiles(const Outline& outline, int columns, Chunk& chunk) {
     if (outline.right < outline.left) return;
     const TileRange range{outline.left / kTileWidth, outline.right / kTileWidth, outline.top / kTileHeight,

@@ -1,19 +1,19 @@
-// Coloured brushes: what a stroke's colour is at a pixel, by the place in its image.
+// Colored brushes: what a stroke's color is at a pixel, by the place in its image.
 //
-// A texel holds what is added to the colour of the stroke. Compiled once per instruction set, see CMakeLists.txt.
+// A texel holds what is added to the color of the stroke. Compiled once per instruction set, see CMakeLists.txt.
 #pragma once
 
 #include "brushgs/sampling.hpp"
 
 namespace brushgs::BRUSHGS_ISA {
 
-// Whether the brush of a record has colours of its own.
+// Whether the brush of a record has colors of its own.
 template <class T>
 [[gnu::always_inline]] inline bool has_tints(const TileTask<T>& task, const Record<T>& record) {
     return task.params.levels[static_cast<std::size_t>(record.level)].tints != nullptr;
 }
 
-// How a channel of a record's colour comes to be: the sum of both, not below 0.
+// How a channel of a record's color comes to be: the sum of both, not below 0.
 template <class T>
 struct Tints {
     using L = Lanes<T>;

@@ -39,7 +39,7 @@ struct SmoothParams {
 template <class T>
 void smooth_planes(const SmoothParams<T>& params);
 
-// Colours on white paper with the lights and darks of a watercolour.
+// Colors on white paper with the lights and darks of a watercolour.
 template <class T>
 struct KeyParams {
     const T* rgb;    // [pixels, 3] premultiplied
@@ -48,7 +48,7 @@ struct KeyParams {
     std::size_t num_pixels;
     T low, high;  // luma that becomes the darkest and white
     T darkest, gamma, chroma;
-    T solid;  // alpha x this, in a smooth step, is the share of the colours
+    T solid;  // alpha x this, in a smooth step, is the share of the colors
     int num_threads;
 };
 template <class T>
@@ -76,7 +76,7 @@ struct WashNumbers {
 
 template <class T>
 struct WashParams {
-    const T *coarse, *middle, *fine;  // [pixels, 3] colours, smoothed
+    const T *coarse, *middle, *fine;  // [pixels, 3] colors, smoothed
     const T* noise;                   // [pixels, 3], see `space_noise`; the third the focus, 0 to 1
     T* densities;                     // [pixels, 9] of the three washes
     T* means;                         // [pixels, 3] of their channels

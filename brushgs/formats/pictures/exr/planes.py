@@ -165,7 +165,7 @@ def _values(frame: Frame, name: str) -> Array | None:
 
 
 def _colors(frame: Frame, background: Background, space: FileSpace) -> F32:
-    """[H, W, 4] premultiplied colour and alpha; alpha is 1 on a background."""
+    """[H, W, 4] premultiplied color and alpha; alpha is 1 on a background."""
     if background is not None:
         colors = colors_in(frame.over(background), space)
         return np.concatenate([colors, np.ones_like(colors[..., :1])], axis=-1, dtype=np.float32)

@@ -1,4 +1,4 @@
-"""Colour spaces of OpenEXR files: names, primaries, and conversion from the colours of paintings.
+"""Color spaces of OpenEXR files: names, primaries, and conversion from the colors of paintings.
 
 Converted by OpenImageIO with its built-in configuration, ignoring $OCIO, so that equal frames give equal
 files. That configuration adapts white points by the Bradford method.
@@ -23,7 +23,7 @@ _P3 = (0.68, 0.32, 0.265, 0.69, 0.15, 0.06)
 
 
 class Space(NamedTuple):
-    """A colour space of a file."""
+    """A color space of a file."""
 
     words: str  # for the note in the header
     interop_id: str  # its Color Interop Forum name, also known to OpenImageIO
@@ -42,7 +42,7 @@ DEFAULT: FileSpace = "lin_srgb"
 
 
 def colors_in(encoded: Array, space: FileSpace) -> F32:
-    """Convert display-encoded colours [H, W, 3] of a painting to the space of a file."""
+    """Convert display-encoded colors [H, W, 3] of a painting to the space of a file."""
     if space == "srgb":
         return np.asarray(encoded, np.float32)
     light = np.asarray(linear_from_srgb(encoded), np.float32)
@@ -55,7 +55,7 @@ def rec709_of(light: F32, interop_id: str) -> F32:
 
 
 def _converted(light: F32, source: str, target: str) -> F32:
-    """Convert colours [H, W, 3] between spaces given by Color Interop Forum names."""
+    """Convert colors [H, W, 3] between spaces given by Color Interop Forum names."""
     if source == target or light.size == 0:
         return light
     from OpenImageIO import FLOAT, ImageBuf, ImageBufAlgo

@@ -20,7 +20,7 @@ const MOST_BYTES = 64 << 20; // of the texture: 15 brushes with relief take 25 M
  * `texture`: coverage and height of every brush and level, RG8; R8 where no coat has relief.
  * `table`: RGBA32F, a row for each brush: one texel (columns, rows, levels along u, levels along v), then two
  * for each level u and v: (x, y, columns, rows) of its texels, and (scale u, scale v, tint step, 0).
- * `tints`: of coloured brushes, RGB8 in the places of `texture`; one texel where no brush is coloured.
+ * `tints`: of colored brushes, RGB8 in the places of `texture`; one texel where no brush is colored.
  * A brush is filtered when `need` asks for it first. Where so many are given that an atlas would be too
  * large, the finest levels are left out, and large strokes are blurred. With `onSharper`, fine levels of many
  * brushes are made after the first picture, a little at a time; it is called when they are there.

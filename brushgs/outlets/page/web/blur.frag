@@ -16,7 +16,7 @@ uniform ivec2 uSize;
 #ifdef DOWN
 uniform highp sampler2D uHeight;  // blurred along x
 #endif
-uniform highp sampler2D uCanvas;  // premultiplied colour and alpha
+uniform highp sampler2D uCanvas;  // premultiplied color and alpha
 uniform highp sampler2D uDetail;  // height of the paint
 uniform float uSurfaceHeight;  // standard deviation, pixels
 

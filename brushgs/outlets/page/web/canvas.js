@@ -308,7 +308,7 @@ class Canvas {
     Object.assign(this._lamp, { direction, halfWay: normalized3([x, y, z + 1]) });
   }
 
-  /** Colour or image of the surface, and colour of the background; null for those that are not seen. */
+  /** Color or image of the surface, and color of the background; null for those that are not seen. */
   _colors() {
     const { surface, background, isTransparent } = this._header;
     const { ground } = this._picture;
@@ -317,7 +317,7 @@ class Canvas {
     return surface === null || isTransparent ? [null, background] : [this._image ?? surface.color, null];
   }
 
-  /** Whether the ground is one colour or none. */
+  /** Whether the ground is one color or none. */
   get _isPlain() {
     const { surface, isTransparent } = this._header;
     return surface === null || isTransparent || (!this._hasPattern && surface.image === undefined);

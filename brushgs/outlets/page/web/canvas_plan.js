@@ -3,7 +3,7 @@
 const MOST_REACH = 15; // pixels, as in blur.frag
 
 /**
- * Decide for each coat where it is drawn, and what it leaves beside its colour.
+ * Decide for each coat where it is drawn, and what it leaves beside its color.
  *
  * @param {boolean} isHalf whether floats can be drawn: else there is neither height nor depth
  */

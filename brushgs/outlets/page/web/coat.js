@@ -69,18 +69,18 @@ class CoatPainter {
   /**
    * Draw strokes into the bound framebuffer, over what is in it.
    *
-   * Colour 0 gets premultiplied colour and alpha; of a glaze, it is multiplied by its tint and 1 - alpha.
-   * Colour 1, with `detail`, gets (height alpha, depth alpha, 0, alpha). The viewport is set by the caller.
+   * Color 0 gets premultiplied color and alpha; of a glaze, it is multiplied by its tint and 1 - alpha.
+   * Color 1, with `detail`, gets (height alpha, depth alpha, 0, alpha). The viewport is set by the caller.
    *
-   * @param {PageCamera} camera centres and covariances; the picture has its size
-   * @param {PageCamera} head its eye gives order, colours and directions
+   * @param {PageCamera} camera centers and covariances; the picture has its size
+   * @param {PageCamera} head its eye gives order, colors and directions
    * @param {object} options `order` "distance" or "depth"; `share` of the strokes; `brush` in place of those
    *     of the coat, an index into the brushes of the header, or null; `isBare`, without the border of the
    *     coat; `part` "strokes" or "underpaint" alone, null for both in one order; `step`, pixels of the picture
    *     along one of the framebuffer, and `span` along its sides, for underpaint; `x` and `y` of the picture in
    *     the framebuffer; `detail`; `below` and `belowDetail`, the
    *     textures of the canvas below, for coats with a tolerance, or null; `members`, a texture of 0 to 1 by
-   *     stroke: then alphas of what is a member and of what is not take the place of colours, see highlight.js
+   *     stroke: then alphas of what is a member and of what is not take the place of colors, see highlight.js
    */
   draw(camera, head, options) {
     const { order, share, brush, isBare = false, x = 0, y = 0 } = options;
@@ -186,7 +186,7 @@ class CoatPainter {
     if (!this.header.motion) return;
     this._terms = (this.header.shDegree + 1) ** 2;
     this._shNow = floatsOfHalves(column("sh"));
-    base.colors = new Float32Array(3 * this.count); // added to the colours of the strokes
+    base.colors = new Float32Array(3 * this.count); // added to the colors of the strokes
     this._dc = base.colors.map((_, at) => this._shNow[3 * this._terms * Math.floor(at / 3) + (at % 3)]);
     const copies = Object.entries(base).map(([name, values]) => [name, values && values.slice()]);
     this.columns.now = Object.fromEntries(copies);

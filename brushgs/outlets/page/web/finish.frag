@@ -10,16 +10,16 @@ precision highp int;
 
 uniform ivec2 uOrigin;  // lower left corner of the picture in the framebuffer, pixels
 uniform ivec2 uSize;
-uniform highp sampler2D uCanvas;  // premultiplied colour and alpha
+uniform highp sampler2D uCanvas;  // premultiplied color and alpha
 uniform highp sampler2D uTint;  // of all glazes
-uniform bool uHasGround;  // whether the colour of the surface is seen
+uniform bool uHasGround;  // whether the color of the surface is seen
 uniform vec3 uGround;
 #ifdef PICTURE
 uniform bool uIsImage;  // whether the ground is an image instead
 uniform sampler2D uGroundImage;
 uniform vec2 uShown;  // share of the image along each axis, about its middle
 #endif
-uniform float uTone;  // standard deviation of the colour of the surface, over the colour
+uniform float uTone;  // standard deviation of the color of the surface, over the color
 uniform vec4 uBackground;  // behind all, or 0
 
 layout(location = 0) out vec4 oColor;
@@ -50,7 +50,7 @@ void main() {
   vec3 ground = groundAt(pixel);
   if (uHasGround) {
     paint = vec4(paint.rgb + passed * ground * tint, 1);
-  } else {  // glazes are as much colour and alpha as give the same picture on white
+  } else {  // glazes are as much color and alpha as give the same picture on white
     float darkest = min(min(tint.r, tint.g), tint.b);
     paint = vec4(paint.rgb + passed * (tint - darkest), 1.0 - passed * darkest);
   }

@@ -7,7 +7,7 @@ precision highp int;
 #include "surface.glsl"
 #include "shared.glsl"
 
-uniform highp sampler2D uCoat;  // premultiplied colour and alpha; of a glaze tint and 1 - alpha
+uniform highp sampler2D uCoat;  // premultiplied color and alpha; of a glaze tint and 1 - alpha
 uniform highp sampler2D uCoatDetail;  // height and depth, times alpha
 uniform float uDry;
 uniform bool uIsHeight;  // whether the height of the canvas is blended, or its depth

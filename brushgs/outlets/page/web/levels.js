@@ -133,7 +133,7 @@ function hatIntegral(x) {
  * Makes the levels of one brush.
  *
  * `coverage` and `height` are Uint8Array [rows, columns]; where an image has no height, it is its coverage.
- * Without `height` levels are of the coverage alone. `tint`, Uint8Array [rows, columns, 3], gives them colours.
+ * Without `height` levels are of the coverage alone. `tint`, Uint8Array [rows, columns, 3], gives them colors.
  */
 class BrushLevels {
   constructor({ rows, columns, coverage, height = null, tint = null }) {
@@ -160,7 +160,7 @@ class BrushLevels {
    * @param {number} levelU
    * @param {number[]} levelsV
    * @yields {{levelV: number, columns: number, rows: number, texels: Uint8Array, tints: Uint8Array|null}}
-   *     [rows, columns, 2 or 1]: coverage and height; [rows, columns, 3]: what is added to a colour
+   *     [rows, columns, 2 or 1]: coverage and height; [rows, columns, 3]: what is added to a color
    */
   *alongV(levelU, levelsV) {
     const across = levelU === 0 ? null : new AxisFilter(this.columns, levelU);

@@ -22,8 +22,8 @@ const STAGES = {
   cluster: "Making strokes",
   solid: "Making paint solid",
   direction: "Turning strokes along shapes",
-  repaint: "Taking colours",
-  recolor: "Taking colours of the palette",
+  repaint: "Taking colors",
+  recolor: "Taking colors of the palette",
   lines: "Finding lines",
   backdrop: "Painting the backdrop",
   marks: "Laying marks",
@@ -386,7 +386,7 @@ class Studio {
       "div",
       { id: "drops", hidden: true },
       zone((file) => this._useFile(file, "stroke"), "Paint with this brush"),
-      zone((file) => this._useFile(file, "palette"), "Take the colours of this painting"),
+      zone((file) => this._useFile(file, "palette"), "Take the colors of this painting"),
       zone((file) => this._scene.add(file), "Open this scene"),
     );
     let depth = 0; // entering a child comes before leaving its parent

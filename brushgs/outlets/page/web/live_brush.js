@@ -6,16 +6,16 @@ const MOUSE_PRESSURE = 0.5;
 const LEAST_PRESSED = 0.4, MORE_PRESSED = 1.2; // of the size, as `Ribbon` of the server takes them
 const DRAWN_STEP = 2; // px between places of a stroke
 const MOST_DRAWN = 2000; // places of a stroke that the server takes
-const PICKED_UP = 0.15; // share of the colour below that a smear takes up at each place
+const PICKED_UP = 0.15; // share of the color below that a smear takes up at each place
 const BRUSH_TOOLS = {
   paint: ["Brush", "Paint on the scene."],
-  smear: ["Smear", "Drag colours along: marks in the colours that you pass over. The strokes below stay."],
+  smear: ["Smear", "Drag colors along: marks in the colors that you pass over. The strokes below stay."],
   erase: ["Eraser", "Take marks away that were painted here by hand."],
   bare: ["No strokes here", "Take the strokes of the scene away; the ground shows."],
   dense: ["Finer strokes", "Lay more, smaller strokes here, and fewer elsewhere; paint again for still more."],
   comb: ["Comb", "Drag to turn the strokes of the scene along."],
 };
-const BRUSH_HINT = "B brush, E eraser, [ and ] size, Alt-click picks a colour, Ctrl+Z undoes; right drag "
+const BRUSH_HINT = "B brush, E eraser, [ and ] size, Alt-click picks a color, Ctrl+Z undoes; right drag "
   + "or two fingers move the scene, Escape ends.";
 
 /** The fields; `element` is to be put into the panel. */
@@ -39,9 +39,9 @@ class BrushField {
     }));
     this._color = element("input", { type: "color", name: "brushColor", value: "#b3402e" });
     this._pipette = button("Pick", () => this._pick(true), {
-      "aria-pressed": "false", title: "Take the colour from the picture: click in it",
+      "aria-pressed": "false", title: "Take the color from the picture: click in it",
     });
-    const color = element("label", { className: "number" }, element("span", {}, "Colour"), this._color);
+    const color = element("label", { className: "number" }, element("span", {}, "Color"), this._color);
     this._brush = new Choice({
       name: "handBrush", label: "Mark", onChange: () => {},
       options: strokes.map(({ name, goodFor }) => [name, name, goodFor]),
@@ -156,7 +156,7 @@ class BrushField {
     if (this._isPicking || event.altKey) {
       this._color.value = hexOf(this._colorsAt([place])[0]);
       this._pick(false);
-      this._say(`Colour ${this._color.value}`);
+      this._say(`Color ${this._color.value}`);
       return;
     }
     this._surface.setPointerCapture(event.pointerId);
@@ -254,7 +254,7 @@ class BrushField {
     });
   }
 
-  /** The colours of a drag, which takes up some of what it passes over. */
+  /** The colors of a drag, which takes up some of what it passes over. */
   _smeared(points) {
     const below = this._colorsAt(points, this._pixels), carried = below[0].slice();
     return below.map((color) => {
@@ -290,7 +290,7 @@ class BrushField {
   }
 }
 
-/** Draw a stroke that is not in the painting yet: paint in its colours, other tools as a veil. */
+/** Draw a stroke that is not in the painting yet: paint in its colors, other tools as a veil. */
 function drawLine(context, { points, tool, size, colors }) {
   const isPaint = tool === "paint" || tool === "smear";
   context.globalAlpha = isPaint ? 0.85 : 0.3;

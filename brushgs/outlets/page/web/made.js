@@ -21,7 +21,7 @@ function makeEffect(job) {
   return { width, height, step, layers: layers.map((numbers) => upsideDown(numbers, height)) };
 }
 
-/** Colours and cover by ink and paper [height, width, 4]; then 0 and depth beyond the middle, by cover [.., 2]. */
+/** Colors and cover by ink and paper [height, width, 4]; then 0 and depth beyond the middle, by cover [.., 2]. */
 function madeBlacks({ facts, middle }, painted) {
   const { colors, depths } = painted, apart = new Float32Array(2 * depths.length);
   makeBlacks(facts, painted);

@@ -44,9 +44,9 @@ class Painter {
   /**
    * Paint a view.
    *
-   * @param {PageCamera} camera of the eye: centres and covariances
+   * @param {PageCamera} camera of the eye: centers and covariances
    * @param {object} options
-   *     head: PageCamera whose eye gives order, colours and directions; that of the camera where not given.
+   *     head: PageCamera whose eye gives order, colors and directions; that of the camera where not given.
    *     order: "depth" as `render` has it, or "distance", which two eyes share and a head that turns does not
    *     change, for headsets. share: 0 to 1 of the strokes of each coat.
    *     brush: in place of those of all coats, an index into the brushes of the header; null for their own.
@@ -104,7 +104,7 @@ class Painter {
     return this._coats.some((coat) => coat.hasUnderpaint);
   }
 
-  /** The painter of the strokes that the effect of a coat is made of: washes map their colours afterwards. */
+  /** The painter of the strokes that the effect of a coat is made of: washes map their colors afterwards. */
   _sourceOf(i) {
     const coat = this._coats[i], { header } = coat, { arrays } = this.contents;
     if (!header.washes) return coat;

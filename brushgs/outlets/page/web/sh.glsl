@@ -7,7 +7,7 @@ vec3 shTerm(int place) {
   return texelFetch(uSh, ivec2(place % width, place / width), 0).rgb;
 }
 
-// The colour of stroke `id` seen in direction d (unit length, from the eye to the stroke), at least 0.
+// The color of stroke `id` seen in direction d (unit length, from the eye to the stroke), at least 0.
 vec3 shColor(int id, vec3 d) {
   int first = id * (SH_DEGREE + 1) * (SH_DEGREE + 1);
   vec3 color = 0.5 + 0.28209479177387814 * shTerm(first);

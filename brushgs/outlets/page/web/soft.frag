@@ -5,7 +5,7 @@ precision highp sampler2D;
 
 uniform vec2 uOrigin;  // lower left corner of the picture in the framebuffer, pixels
 uniform vec2 uSpan;  // pixels of the picture along the sides of the layer
-uniform sampler2D uSoft;  // premultiplied colour and alpha
+uniform sampler2D uSoft;  // premultiplied color and alpha
 uniform sampler2D uSoftDetail;  // height and depth, times alpha
 
 layout(location = 0) out vec4 oColor;

@@ -1,5 +1,5 @@
 #version 300 es
-// A pixel of a stroke: its coverage, its colour with streaks, the height of its paint.
+// A pixel of a stroke: its coverage, its color with streaks, the height of its paint.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -16,7 +16,7 @@ uniform sampler2D uTints;
 flat in float vTintStep;
 #endif
 uniform sampler2D uNoise;  // of bristles: all bands, tufts alone; repeats
-uniform sampler2D uBelow;  // premultiplied colour and alpha of what the coat is tested against
+uniform sampler2D uBelow;  // premultiplied color and alpha of what the coat is tested against
 uniform sampler2D uBelowDetail;  // its .g: depth times alpha
 
 flat in vec2 vCenter;

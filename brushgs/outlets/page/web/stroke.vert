@@ -26,10 +26,10 @@ flat out vec4 vPlace;  // (s, t) = (dot(p - center, xy), dot(p - center, zw)): -
 flat out vec4 vPaint;  // color, opacity
 flat out vec2 vKind;  // 1 for soft paint, depth from the middle
 #ifdef IMAGE
-flat out vec4 vTexels;  // first texel centre and span in the atlas, in its size
+flat out vec4 vTexels;  // first texel center and span in the atlas, in its size
 #endif
 #ifdef TINTS
-flat out float vTintStep;  // of a coloured brush; else 0
+flat out float vTintStep;  // of a colored brush; else 0
 #endif
 #ifdef STREAKS
 flat out vec4 vStreaks;  // start, scale of t, weights
@@ -107,7 +107,7 @@ void main() {
 #ifdef TINTS
     vTintStep = level.z;
 #ifdef STREAKS
-    if (vTintStep > 0.0) weights = vec2(0);  // its bristles have colours of their own
+    if (vTintStep > 0.0) weights = vec2(0);  // its bristles have colors of their own
 #endif
 #endif
     vTexels = vec4(texels.xy + 0.5, texels.zw - 1.0) / uAtlasSize.xyxy;

@@ -2,7 +2,7 @@
 
 const { THREAD_PERIOD, THREADS_BEFORE, THREAD_SPACING, NARROW_THREAD, SLUBS, WAVE_LENGTH, GOLDEN_32 } = SHARED;
 const STREAMS = ["columns", "rows", "one", "other", "coarse", "fine"];
-const DEVIATIONS = { // of surfaces of strength 1: height in pixels of a picture of 1000 x 750, and colour
+const DEVIATIONS = { // of surfaces of strength 1: height in pixels of a picture of 1000 x 750, and color
   flat: { height: 0, tone: 0 },
   linen: { height: SHARED.LINEN_HEIGHT, tone: SHARED.LINEN_TONE },
   paper: { height: SHARED.PAPER_HEIGHT, tone: SHARED.PAPER_TONE },

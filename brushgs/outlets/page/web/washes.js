@@ -96,7 +96,7 @@ function losable(alpha, size) {
   });
 }
 
-/** One wash in the colour of its strokes, over the area that they cover. */
+/** One wash in the color of its strokes, over the area that they cover. */
 function shadowWash({ count }, colors, alpha, { flow }) {
   const densities = new Float32Array(9 * count), nothing = new Float32Array(count);
   for (let i = 0; i < count; i++) {
@@ -111,7 +111,7 @@ function shadowWash({ count }, colors, alpha, { flow }) {
   return { densities, tones: ones, focus: nothing, strength: ones, cover: nothing };
 }
 
-/** Colours mapped by a tone curve, on white: `key_colors`. */
+/** Colors mapped by a tone curve, on white: `key_colors`. */
 function keyColors({ low, high, darkest, gamma, chroma, solid }, colors, count) {
   const keyed = new Float32Array(3 * count), dense = [0, 0, 0];
   for (let i = 0; i < count; i++) {

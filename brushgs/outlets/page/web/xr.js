@@ -197,7 +197,7 @@ class Locomotion {
 /**
  * Sessions of WebXR that show a painting.
  *
- * Each eye has its own centres and covariances; order, colours and directions are those from between the
+ * Each eye has its own centers and covariances; order, colors and directions are those from between the
  * eyes, so that a stroke is the same one to both. Nothing writes depth, which the session is told: that would
  * draw all strokes twice, and overdraw is what limits headsets.
  */
