@@ -84,6 +84,8 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "WET_LOSS": wet_layer.LOSS,
         "WET_NEARBY": wet_layer.NEARBY,
         "WET_THICK": (wet_layer.THIN, wet_layer.THICK),
+        "WET_HOLE": wet_layer.HOLE,
+        "WET_HOLE_CLOSED": (wet_layer.OPEN, wet_layer.CLOSED),
         "SHADOW_RANGE": (wet_layer.SHADOW_EDGE, wet_layer.SHADOW_WANDER),
         "SHADOW_FADE": (wet_layer.SHADOW_SOFTNESS, wet_layer.SHADOW_LEAST),
         "RUB_RISE": rub.RISE,

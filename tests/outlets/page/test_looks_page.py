@@ -30,7 +30,7 @@ LEFT_OUT = {
 
 @cache
 def room():
-    """A room around the origin, of 6000 flat Gaussians on its walls, in which the camera stands."""
+    """A room around the origin, of flat Gaussians on its walls, with a window, in which the camera stands."""
     g = np.random.default_rng(7)
     walls = g.uniform(-1, 1, (6000, 3)) * (3, 1.5, 4)
     axis, side = g.integers(0, 3, 6000), g.choice([-1.0, 1.0], 6000)
@@ -39,7 +39,8 @@ def room():
     scales[np.arange(6000), axis] = 0.004
     colors = 0.8 * np.sin(np.stack([walls[:, 0] + axis, 2 * walls[:, 1], walls[:, 2] - axis], axis=1))
     columns = walls, np.tile((1.0, 0, 0, 0), (6000, 1)), scales, g.uniform(0.7, 1, 6000), colors[:, None]
-    return Gaussians(*(column.astype(np.float32) for column in columns))
+    is_window = (axis == 2) & (side > 0) & (np.abs(walls[:, :2] - (-1.4, 0.0)) < (0.9, 0.7)).all(axis=1)
+    return Gaussians(*(column[~is_window].astype(np.float32) for column in columns))
 
 
 @for_each("look", LOOKS)

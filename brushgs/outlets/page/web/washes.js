@@ -40,7 +40,7 @@ function raggedBorder({ width, height, count, diagonal }) {
 
 function wetLayer({ key, washes, smoothing, isRoom }, size, colors, alpha, noise) {
   const { width, height, count, diagonal } = size, { flow, slow, distances } = noise;
-  const keyed = keyColors(key, colors, count);
+  const keyed = keyColors(key, isRoom ? withoutHoles(colors, key.solid, size) : colors, count);
   const focus = filled(new Float32Array(count), (i) =>
     alpha[i] > 0 ? Math.min(1, 0.15 + 0.95 * Math.exp(-distances[i] * distances[i])) : 0);
   const smoothedBy = ([wide, edge, wet, loose]) => {
@@ -109,6 +109,24 @@ function shadowWash({ count }, colors, alpha, { flow }) {
   }
   const ones = nothing.slice().fill(1);
   return { densities, tones: ones, focus: nothing, strength: ones, cover: nothing };
+}
+
+/** The picture of a room, its holes in the colors of the paint around them: `_without_holes`. */
+function withoutHoles(colors, solid, size) {
+  const { WET_HOLE: hole, WET_HOLE_CLOSED: [open, closed] } = SHARED, result = colors.slice(), around = colors.slice();
+  for (let i = 0; i < size.count; i++) {
+    const alpha = colors[4 * i + 3], laid = Math.min(solid * alpha, 1);
+    for (let c = 0; c < 3; c++) around[4 * i + c] = alpha > 0 ? (colors[4 * i + c] / alpha) * laid : 0;
+    around[4 * i + 3] = laid;
+  }
+  smoothPlanes(around, 4, size, hole * size.diagonal);
+  for (let i = 0; i < size.count; i++) {
+    const near = around[4 * i + 3];
+    const lift = Math.max(1 / solid - colors[4 * i + 3], 0) * smoothed((near - open) / (closed - open));
+    for (let c = 0; c < 3; c++) if (lift > 0) result[4 * i + c] += (lift * around[4 * i + c]) / near;
+    result[4 * i + 3] += lift;
+  }
+  return result;
 }
 
 /** Colors mapped by a tone curve, on white: `key_colors`. */
