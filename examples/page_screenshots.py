@@ -1,11 +1,12 @@
-"""Writes the screenshots of the README: the page of `brushgs export`, and that of `brushgs view`.
+"""Writes the screenshots of the README: pages of `brushgs export`, `brushgs view` and `brushgs painter`.
 
-page.jpg  both, side by side, of the example still life
+page.jpg     a painting in its page, and in the viewer, side by side, of the example still life
+painter.jpg  with --painter: the page that paints, before and after a scene is dropped on it; needs ziglang
 
 Chromium makes them on a software renderer, driven by Playwright (`pip install playwright`): no GPU is
 needed. It takes about a minute.
 
-python examples/page_screenshots.py [-o FOLDER] [--scene FILE] [--quick]
+python examples/page_screenshots.py [-o FOLDER] [--scene FILE] [--quick] [--painter]
 """
 
 import argparse
@@ -23,6 +24,7 @@ from playwright.sync_api import Page, ViewportSize, sync_playwright
 
 import brushgs as bg
 from brushgs.cli import main as brushgs
+from brushgs.outlets.painter.page import write_painter
 from brushgs.still_life import still_life
 
 VIEW = "--zoom", "0.8"
@@ -34,6 +36,9 @@ SETTLED = """async () => {
   while (!window.brushgs?.studio?.isSettled) await new Promise((done) => setTimeout(done, 50));
   await window.brushgs.ready;
 }"""
+PAINTED = """async () => {
+  while (!document.getElementById("drop").hidden) await new Promise((done) => setTimeout(done, 50));
+}"""
 CHROMIUM_FLAGS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
@@ -44,6 +49,7 @@ def main() -> None:
     )
     parser.add_argument("--scene", type=Path, help="in place of the example still life")
     parser.add_argument("--quick", action="store_true", help="few strokes in a small window: to try a change")
+    parser.add_argument("--painter", action="store_true", help="painter.jpg in place of page.jpg")
     args = parser.parse_args()
     args.output.mkdir(parents=True, exist_ok=True)
     words, window = (QUICK, SMALL_WINDOW) if args.quick else (VIEW, WINDOW)
@@ -54,10 +60,14 @@ def main() -> None:
             bg.save(still_life(), scene)
         else:
             scene = args.scene.resolve()
-        run("export", scene, *words, "-o", folder / "painting.html")
-        shots = [exported(page, folder / "painting.html", folder), viewed(page, scene, folder, words)]
+        if args.painter:
+            write_painter(folder / "painter.html")
+            shots = dropped(page, folder / "painter.html", scene, folder)
+        else:
+            run("export", scene, *words, "-o", folder / "painting.html")
+            shots = [exported(page, folder / "painting.html", folder), viewed(page, scene, folder, words)]
         picture = side_by_side([Image.open(shot).convert("RGB") for shot in shots])
-    path = args.output / "page.jpg"
+    path = args.output / ("painter.jpg" if args.painter else "page.jpg")
     picture.save(path, quality=86)
     print(f"{path}: {path.stat().st_size / 1000:.0f} kB")
 
@@ -67,6 +77,16 @@ def exported(page: Page, painting: Path, folder: Path) -> Path:
     page.goto(painting.as_uri())
     page.evaluate("brushgs.ready")
     return screenshot(page, folder / "exported.png")
+
+
+def dropped(page: Page, painter: Path, scene: Path, folder: Path) -> list[Path]:
+    """The page that paints, empty and with a scene."""
+    page.goto(painter.as_uri())
+    page.evaluate("brushgs.ready")
+    empty = screenshot(page, folder / "empty.png")
+    page.set_input_files("input[type=file]", scene)
+    page.evaluate(PAINTED)
+    return [empty, screenshot(page, folder / "painted.png")]
 
 
 def viewed(page: Page, scene: Path, folder: Path, words: Sequence[str]) -> Path:
