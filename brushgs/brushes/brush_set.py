@@ -227,7 +227,7 @@ def paths_of(stroke: str | Path) -> Sequence[str | Path]:
         return [stroke]
     parts = [part.strip() for part in stroke.split(",")]
     if not all(parts):
-        raise SceneError(stroke, "nothing stands between two commas; write names or files, as in flat,dab")
+        raise SceneError(stroke, "a name is missing between two commas; write names or files, as in flat,dab")
     return parts
 
 

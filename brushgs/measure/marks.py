@@ -174,7 +174,7 @@ class MarkMeter:
         if before is None:
             return
         if flow is None:
-            raise ValueError(f"MarkMeter: {self._frames} frames need as many flows less one")
+            raise ValueError(f"MarkMeter: {self._frames} frames need {self._frames - 1} flows")
         self._sizes.append(earth_movers(first.sizes, first.weights, now.sizes, now.weights))
         angles = first.angles, first.weights, now.angles, now.weights
         self._directions.append(circular_earth_movers(*angles, period=np.pi))

@@ -172,7 +172,7 @@ def _open_style(style: StyleConfig, report: Report) -> PaintingStyle:
         is_picture = isinstance(path, Path) and not is_style(path)
         stage.did = f"{path}, {width}x{height} pixels" if is_picture else f"{path}"
         if marks is None:
-            stage.skipped.append("marks: it shows none, so strokes keep their own and take its colors")
+            stage.skipped.append("marks: the style has none; strokes keep their own and take its colors")
         else:
             stage.did += (
                 f": marks {marks.length:.1%} of its shorter side long, {marks.aspect:.1f} times as long as "
@@ -265,7 +265,7 @@ def _resumable(checkpoint: Checkpoint, config: RefineConfig, report: RefineRepor
         report.tell(f"--resume found no checkpoint {path}; the fit starts at its first step")
     elif path.exists():
         report.tell(
-            f"{path} is left of a run that was stopped; this run starts anew and replaces it "
+            f"{path} is left over from a stopped run; this run starts anew and replaces it "
             "(--resume would continue from it)"
         )
     try:

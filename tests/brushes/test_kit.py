@@ -80,7 +80,7 @@ def test_what_is_no_kit_is_refused(tmp_path):
     (tmp_path / "empty").mkdir()
     with pytest.raises(SceneError, match=r"empty: the folder holds no brush; put stroke images into it"):
         BrushKit.of(tmp_path / "empty")
-    with pytest.raises(SceneError, match=r"^flat,,dab: nothing stands between two commas; write names"):
+    with pytest.raises(SceneError, match=r"^flat,,dab: a name is missing between two commas; write names"):
         BrushKit.of("flat,,dab")
     with pytest.raises(SceneError, match=r"^dob: neither a file .* mean 'dab'\?$"):
         BrushKit.of("flat,dob").open()

@@ -58,7 +58,7 @@ def test_figures_are_those_of_the_frames_that_render_writes(scene, tmp_path, loo
     names = [figures["name"] for figures in value["stability"]["configurations"]]
     assert names == ["track", "anchor", "off", "plain"]
     skipped = [reason for stage in report.stages for reason in stage.skipped]
-    assert "published: nothing was published of whole paintings in a look" in skipped
+    assert "published: no figures of whole paintings in a look were published" in skipped
     assert len({report.result[name].warps[0].rmse for name in names}) == 4
     config = replace(painting(look), output=replace(PaintConfig().output, bits=16))
     paint_sequence(scene, tmp_path / "%05d.png", ORBIT, config)

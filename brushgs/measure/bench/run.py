@@ -103,7 +103,7 @@ def report_bench(
 
 def _make_limit(subject: LookSubject, report: Report) -> None:
     with report.stage("limit") as stage:
-        stage.did = f"{len(subject.limit.strokes):,} strokes, what others are compared with"
+        stage.did = f"{len(subject.limit.strokes):,} strokes, the reference of the others"
         stage.counts = {"strokes": len(subject.limit.strokes)}
 
 

@@ -212,7 +212,7 @@ def _measure(
         )
         stage.counts = {"frames": num_painted, "pairs": num_pairs, "stride": result.stride}
         if comparison.painting is not None:
-            stage.skipped.append("published: nothing was published of whole paintings in a look")
+            stage.skipped.append("published: no figures of whole paintings in a look were published")
         if comparison.truth is not None and not isinstance(comparison.truth, MovingScene):
             stage.details.append("rows of the moments differ: the motion of the scene is estimated")
         if num_skipped := num_frames - num_painted:

@@ -101,7 +101,7 @@ def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
         "ground and tooth of the paper are not in the file, strokes have nothing behind them": (
             painting.surface is not None
         ),
-        "the file has no lamp: that of the program lights the ridges of the paint": has_relief,
+        "the file has no lamp: the program that opens it lights the ridges of the paint": has_relief,
         "the file has no lamp and no relief: paint is flat": painting.lamp is not None and not has_relief,
         "the axis of the camera goes through the middle of the picture in the file": (
             np.abs(camera.K[:2, 2] - (camera.width / 2, camera.height / 2)).max() > MIDDLE
@@ -111,7 +111,7 @@ def omitted(painting: Painting, camera: Camera, *, for_view: bool) -> list[str]:
         options = coat.options
         of_coat = {
             "glazes cover what lies below in the file, they do not multiply it": coat.blend == "glaze",
-            "what is rubbed, runs or gathers on the paper is not in the file: strokes lie there one by one": (
+            "rubbed tones, washes and blacks are not in the file: strokes lie there one by one": (
                 coat.effect is not None
             ),
             "streaks of bristles are not in the file": options.streaks > 0,

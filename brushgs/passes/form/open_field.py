@@ -37,5 +37,5 @@ def open_field(direction: Direction, camera: Camera | None = None) -> FieldName 
                 direction.file, f"has no marks to follow ({error}); choose another picture"
             ) from None
     if direction.kind == "style":
-        raise ValueError("orient: direction must not be style, which is that of a painting; give its marks")
+        raise ValueError("orient: the direction of a style needs the marks of its painting; give them")
     return direction.kind

@@ -50,7 +50,7 @@ def pair_rows(before: Gaussians, after: Gaussians) -> Pairs:
     if len(found) < LEAST_SHARE * len(before):
         raise ValueError(
             f"of the {len(before)} Gaussians before the edit {len(found)} lie where one of the {len(after)} "
-            "after it does; give two states of one scene, of which colors or sizes were changed"
+            "after it does; give two states of one scene with changed colors or sizes"
         )
     return Pairs(found, rows[found], False)
 

@@ -211,6 +211,6 @@ class _Evaluation:
 
     def _relevant(self, term: Words) -> Mask:
         if self._context.relevance is None:
-            raise ValueError(f"where: {term} needs weights that tell what things look like")
+            raise ValueError(f"where: {term} needs a CLIP model; give one with --text-model")
         found: Array = self._context.relevance(term.words, self._gaussians)
         return np.asarray(found >= HALF)

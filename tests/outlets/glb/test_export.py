@@ -41,7 +41,7 @@ def test_every_kind_of_look_becomes_a_model(scene, capsys, words):
     assert counts["coats"] == len(meshes)
     assert counts["quads"] == sum(len(vertices) // 4 for _, vertices, *_ in meshes)
     assert counts["for_view"] == bool(more)
-    lost = "the file has no lamp: that of the program lights the ridges of the paint"
+    lost = "the file has no lamp: the program that opens it lights the ridges of the paint"
     assert (lost in quads["skipped"]) == (look == "oil")
 
 
