@@ -14,7 +14,6 @@ from brushgs.outlets.page.contents import coarse_to_fine
 from brushgs.outlets.painter import build
 from brushgs.outlets.painter.page import BRUSHES
 from brushgs.passes.extent import robust_frame
-from tests.chromium import browser, open_shared_page  # noqa: F401
 from tests.kit.for_each import for_each
 from tests.outlets.painter.conftest import wait_until
 from tests.scenes import still_life_of
