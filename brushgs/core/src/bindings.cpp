@@ -335,7 +335,7 @@ void def_track_directions(nb::module_& m) {
           "strokes should point, in the same turns, and pulls [views, N]: how strongly, of 255.");
 }
 
-// Rasterisation
+// Rasterization
 
 // The filtered copies of a stroke image for a set of boxes; keeps their memory.
 struct Levels {
@@ -1261,19 +1261,6 @@ nb::object growth(In<double, 2> means, In<double, 2> scales, In<double, 3> axes,
     return row(growth, count);
 }
 
-nb::object order(In<double, 1> values, int num_threads) {
-    const std::size_t count = values.shape(0);
-    auto order = brushgs::make_buffer<std::int64_t>(count);
-    {
-        const nb::gil_scoped_release without_gil;
-        const auto keys = brushgs::make_buffer<std::uint64_t>(count);
-        brushgs::keys_of(values.data(), count, keys.get());
-        const auto rows = brushgs::rows_by_key(keys.get(), count, num_threads);
-        std::copy_n(rows.get(), count, order.get());
-    }
-    return row(order, count);
-}
-
 template <class T>
 nb::object morton_order(In<T, 2> points, In<double, 1> low, double step, int num_threads) {
     const std::size_t count = points.shape(0);
@@ -1613,6 +1600,7 @@ NB_MODULE(_core, m) {
     m.attr("TILE_HEIGHT") = brushgs::kTileHeight;
     m.attr("AREA_SCALE_STEPS") = brushgs::kAreaScaleSteps;
     m.attr("MOST_DIMENSIONS") = brushgs::kMostDimensions;
+    m.attr("CONTRIBUTION_POWER") = brushgs::kContributionPower;
     m.attr("MOST_NEIGHBORS") = brushgs::kMostNeighbors;
     nb::enum_<brushgs::Kernel>(m, "Kernel", "What a box is filled with.")
         .value("bilinear", brushgs::Kernel::bilinear)
@@ -1678,8 +1666,6 @@ NB_MODULE(_core, m) {
           "num_threads"_a,
           "Bring distances [N] and labels [N] int32 of what is nearest to points [N, D], which `group_rows` groups by "
           "these labels, up to date where one of the others [m, D], labelled from `first` on, is nearer.");
-    m.def("order", &order, "values"_a.noconvert(), "num_threads"_a,
-          "The rows [N] int64 of values [N], all >= 0, in ascending order, ties by row.");
     m.def("group_rows", &group_rows, "labels"_a.noconvert(), "num_groups"_a,
           "The rows [N] int32 of labels [N] int32 group by group, each ascending, and where the groups begin [k + 1].");
     def_groups<float>(m);

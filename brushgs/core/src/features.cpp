@@ -5,6 +5,7 @@
 
 #include "brushgs/exponentials.hpp"
 #include "brushgs/key_order.hpp"
+#include "brushgs/quats.hpp"
 #include "brushgs/row_loop.hpp"
 
 namespace brushgs {
@@ -12,11 +13,8 @@ namespace brushgs {
 namespace {
 
 constexpr std::size_t kRowsPerItem = 4096;
-constexpr double kBand0 = 0.28209479177387814;  // 1 / (2 sqrt(pi)): the view-independent basis function
-constexpr double kMostScale = 2;                // radii: no more than a contracted scene
-constexpr std::size_t kNeighbors = 16;          // in a group; 8 and 64 cost up to 0.2 dB on the still life
-// Of the weights: 1/4 costs the skull 0.1 dB, 1/2 the still life 0.6.
-constexpr double kContributionPower = 0.375;
+constexpr double kMostScale = 2;                          // radii: no more than a contracted scene
+constexpr std::size_t kNeighbors = 16;                    // in a group; 8 and 64 cost up to 0.2 dB on the still life
 constexpr double kLeastDetail = 0.01, kMostDetail = 0.1;  // RGB 0 to 1; with at most 0.2 the skull loses 0.2 dB
 constexpr double kLeastWeight = 1e-9;                     // above zero: each Gaussian belongs to a cluster
 
@@ -70,13 +68,7 @@ template <class T>
 void feature_spans(const T* quats, const float* points, std::size_t count, std::size_t width, int num_threads,
                    float* spans) {
     for_each_row(count, kRowsPerItem, num_threads, [&](std::size_t i) {
-        double q[4], largest = 0, squares = 0;
-        for (std::size_t k = 0; k < 4; ++k)
-            q[k] = static_cast<double>(quats[4 * i + k]), largest = std::max(largest, std::abs(q[k]));
-        for (double& value : q) value /= largest, squares += value * value;  // first, so that no square overflows
-        const double length = std::sqrt(squares);
-        for (double& value : q) value /= length;
-        const auto [w, x, y, z] = q;
+        const auto [w, x, y, z] = unit_quat(quats + 4 * i);
         const double turned[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
                                   2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
                                   2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};

@@ -15,8 +15,7 @@ namespace {
 constexpr std::size_t kNeighbors = 12;  // considered for coverage: two rings of a lattice
 constexpr std::size_t kTouching = 8;    // of these are used for flatness
 constexpr double kEnoughTouching = 4;
-constexpr double kTouch =
-    20;  // squared Mahalanobis distance: on a square lattice direct neighbours have 9, diagonal 18
+constexpr double kTouch = 20;  // squared Mahalanobis distance: on a square lattice direct neighbors have 9, diagonal 18
 constexpr double kAlone[] = {0.4, 0.8};  // where growth begins and is complete
 constexpr double kFlat[] = {0.9, 0.98};  // mean cosine between normals, likewise
 // Growth of the variance between members, in units of that variance, on curved surfaces and on planes. With 1.2 a

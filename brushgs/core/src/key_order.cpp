@@ -4,8 +4,8 @@
 #include <bit>
 #include <span>
 
-#include "brushgs/cpu.hpp"
 #include "brushgs/radix_sort.hpp"
+#include "brushgs/row_loop.hpp"
 
 namespace brushgs {
 
@@ -41,15 +41,6 @@ std::uint64_t morton_key(const T* point, std::size_t width, const double* low, d
     return key;
 }
 
-// Spreads rows over threads.
-template <class Work>
-void for_rows(std::size_t count, int num_threads, const Work& work) {
-    parallel_for((count + kRowsPerItem - 1) / kRowsPerItem, num_threads, [&](std::size_t item) {
-        const std::size_t end = std::min((item + 1) * kRowsPerItem, count);
-        for (std::size_t i = item * kRowsPerItem; i < end; ++i) work(i);
-    });
-}
-
 }  // namespace
 
 // Three passes over the leading 32 bits sort nearly everything; runs of entries that share these are short.
@@ -60,11 +51,11 @@ Buffer<std::uint32_t> rows_by_key(const std::uint64_t* keys, std::size_t count, 
     const std::uint64_t smallest = *low;
     const int shift = std::max(0, static_cast<int>(std::bit_width(*high - smallest)) - 32);
     const auto memory = make_buffer<Entry>(2 * count);
-    for_rows(count, num_threads, [&](std::size_t i) {
+    for_each_row(count, kRowsPerItem, num_threads, [&](std::size_t i) {
         memory[i] = {static_cast<std::uint32_t>((keys[i] - smallest) >> shift), static_cast<std::uint32_t>(i)};
     });
     const auto sorted = radix_sort<Entry>({memory.get(), count}, {memory.get() + count, count}, num_threads);
-    for_rows(count, num_threads, [&](std::size_t i) { rows[i] = sorted[i].row; });
+    for_each_row(count, kRowsPerItem, num_threads, [&](std::size_t i) { rows[i] = sorted[i].row; });
     if (shift == 0) return rows;
     const auto is_before = [=](std::uint32_t a, std::uint32_t b) {
         return keys[a] < keys[b] || (keys[a] == keys[b] && a < b);
@@ -84,7 +75,8 @@ void keys_of(const double* values, std::size_t count, std::uint64_t* keys) {
 template <class T>
 void morton_keys(const T* points, std::size_t count, const double* low, double step, int num_threads,
                  std::uint64_t* keys) {
-    for_rows(count, num_threads, [=](std::size_t i) { keys[i] = morton_key(points + 3 * i, 3, low, step); });
+    for_each_row(count, kRowsPerItem, num_threads,
+                 [=](std::size_t i) { keys[i] = morton_key(points + 3 * i, 3, low, step); });
 }
 
 template <class T>
@@ -102,8 +94,8 @@ Buffer<std::uint32_t> rows_along_curve(const T* points, std::size_t count, std::
     }
     const double step = extent > 0 ? kMostMorton / extent : 0;
     const auto keys = make_buffer<std::uint64_t>(count);
-    for_rows(count, num_threads,
-             [&](std::size_t i) { keys[i] = morton_key(points + i * num_dimensions, width, low, step); });
+    for_each_row(count, kRowsPerItem, num_threads,
+                 [&](std::size_t i) { keys[i] = morton_key(points + i * num_dimensions, width, low, step); });
     return rows_by_key(keys.get(), count, num_threads);
 }
 

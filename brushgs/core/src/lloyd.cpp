@@ -8,11 +8,11 @@
 #include <limits>
 #include <utility>
 
-#include "brushgs/cpu.hpp"
 #include "brushgs/groups.hpp"
 #include "brushgs/key_order.hpp"
 #include "brushgs/memory.hpp"
 #include "brushgs/nearest.hpp"
+#include "brushgs/row_loop.hpp"
 
 namespace brushgs {
 
@@ -195,12 +195,9 @@ struct Ordered {
           weights(make_buffer<double>(from.num_points)),
           all{points.get(), weights.get(), from.num_points, from.num_dimensions} {
         const std::size_t width = from.num_dimensions;
-        parallel_for((from.num_points + kRowsPerItem - 1) / kRowsPerItem, num_threads, [&](std::size_t item) {
-            const std::size_t end = std::min((item + 1) * kRowsPerItem, from.num_points);
-            for (std::size_t i = item * kRowsPerItem; i < end; ++i) {
-                std::copy_n(from.points + order[i] * width, width, points.get() + i * width);
-                weights[i] = from.weights[order[i]];
-            }
+        for_each_row(from.num_points, kRowsPerItem, num_threads, [&](std::size_t i) {
+            std::copy_n(from.points + order[i] * width, width, points.get() + i * width);
+            weights[i] = from.weights[order[i]];
         });
     }
 
@@ -232,7 +229,7 @@ std::vector<double> start_centers(const WeightedPoints& points, std::size_t num_
 
 Clusters find_clusters(const WeightedPoints& points, const Lloyd& lloyd) {
     const std::size_t num = points.num_points;
-    // Neighbours in memory too: cache hits.
+    // Neighbors in memory too: cache hits.
     const auto order = rows_along_curve(points.points, num, points.num_dimensions, lloyd.num_threads);
     const Ordered ordered(points, order.get(), lloyd.num_threads);
     Assigned found = start(ordered.all, lloyd.num_clusters, lloyd.draws, lloyd.num_threads);

@@ -71,7 +71,7 @@ void find_neighbors(const NeighborQuery& query, std::int32_t* neighbors) {
     const std::size_t num_items = (query.num_points + kPointsPerItem - 1) / kPointsPerItem;
     parallel_for(num_items, query.num_threads, [&](std::size_t item) {
         const std::size_t begin = item * kPointsPerItem, end = std::min(begin + kPointsPerItem, query.num_points);
-        for (std::size_t i = begin; i < end; ++i) {  // in the order of the tree, where neighbours follow each other
+        for (std::size_t i = begin; i < end; ++i) {  // in the order of the tree, where neighbors follow each other
             const std::int32_t row = tree.rows()[i];
             Several found(query.num_neighbors, row);
             tree.search(query.points + static_cast<std::size_t>(row) * query.num_dimensions, found);

@@ -11,7 +11,7 @@ namespace brushgs {
 
 namespace {
 
-constexpr std::size_t kRowsAtATime = 8;  // that a thread takes: neighbours read the same pixels
+constexpr std::size_t kRowsAtATime = 8;  // that a thread takes: neighbors read the same pixels
 
 // Calls `work(row)` for all rows and returns the sum of the results, in the order of rows.
 template <class Work>

@@ -1,4 +1,4 @@
-// The order of work of the rasteriser: records, tile lists, tiles. The loops are in raster_kernel.cpp.
+// The order of work of the rasterizer: records, tile lists, tiles. The loops are in raster_kernel.cpp.
 #include "brushgs/raster.hpp"
 
 #include <algorithm>

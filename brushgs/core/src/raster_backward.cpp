@@ -1,4 +1,4 @@
-// The order of work of the rasteriser's derivative: records and tile lists of painting, tiles, boxes.
+// The order of work of the rasterizer's derivative: records and tile lists of painting, tiles, boxes.
 #include "brushgs/raster_backward.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The hot loops of the rasteriser's derivative, compiled once per instruction set (see CMakeLists.txt).
+// The hot loops of the rasterizer's derivative, compiled once per instruction set (see CMakeLists.txt).
 #include "brushgs/raster_backward.hpp"
 
 #include <type_traits>

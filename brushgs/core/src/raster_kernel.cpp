@@ -1,4 +1,4 @@
-// The hot loops of the rasteriser, compiled once per instruction set (see CMakeLists.txt).
+// The hot loops of the rasterizer, compiled once per instruction set (see CMakeLists.txt).
 #include "brushgs/raster.hpp"
 
 #include <cmath>

@@ -7,14 +7,16 @@
 #include <cstring>
 #include <limits>
 
+#include "brushgs/features.hpp"
+
 namespace brushgs {
 
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "rows are copied as they stand in files");
 
-constexpr float kC0 = 0.28209479177387814F;  // see brushgs/values/sh.py
-constexpr std::size_t kSplatRow = 32;        // position and scales as float32; r, g, b, opacity and w, x, y, z as bytes
+constexpr auto kC0 = static_cast<float>(kBand0);
+constexpr std::size_t kSplatRow = 32;  // position and scales as float32; r, g, b, opacity and w, x, y, z as bytes
 constexpr std::size_t kMostHeader = std::size_t{1} << 20, kMostProperties = 1000, kMostElements = 100;
 constexpr float kMostLog = 88.72283935546875F;  // exp of a larger log-scale overflows float32
 

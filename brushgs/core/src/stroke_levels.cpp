@@ -36,7 +36,7 @@ void add_pixel_mean(double center, double footprint, double share, std::size_t n
     }
 }
 
-// Solves G x = moments in place, G the Gram matrix of hat functions: 2/3, and 1/6 between neighbours, by the Thomas
+// Solves G x = moments in place, G the Gram matrix of hat functions: 2/3, and 1/6 between neighbors, by the Thomas
 // algorithm. The outermost hats are halves, cut at the border.
 void solve_gram(std::size_t rows, std::size_t columns, double* x) {
     const double beside = 1.0 / 6;

@@ -25,7 +25,7 @@ constexpr double kColumn = 2.0 / 64;    // across the diameter of the scene; 32 
 constexpr double kReach = 0.25;         // radii within which occluders count: a room does not hide what stands in it
 constexpr double kFarthest = 4.0;       // radii; positions beyond are clipped, so that columns keep their width
 constexpr double kLeastVisible = 1e-6;  // weights stay above zero: a cluster may consist of hidden Gaussians
-constexpr double kAlmostOpaque = 0.99;  // the rasteriser's limit on alpha
+constexpr double kAlmostOpaque = 0.99;  // the rasterizer's limit on alpha
 constexpr std::size_t kMostAtOnce = 4;  // lines: each holds some ten numbers for each Gaussian while it works
 constexpr std::size_t kPerThread = 50'000;  // Gaussians: with fewer, threads save nothing
 
@@ -40,7 +40,7 @@ Vector unit(const Vector& v) {
     return {v[0] / length, v[1] / length, v[2] / length};
 }
 
-// Gaussians in the order of a space-filling curve: neighbours in memory too. Of six million each line then takes a
+// Gaussians in the order of a space-filling curve: neighbors in memory too. Of six million each line then takes a
 // third of the time.
 struct Ordered {
     Buffer<std::uint32_t> rows;

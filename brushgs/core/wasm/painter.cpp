@@ -2,10 +2,11 @@
 // Pointers are addresses in the memory of the module; numbers are as in scene_rows.hpp and scene_strokes.hpp.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdlib>
 #include <numeric>
 
+#include "brushgs/blending.hpp"
+#include "brushgs/quats.hpp"
 #include "brushgs/scene_rows.hpp"
 #include "brushgs/scene_strokes.hpp"
 
@@ -15,11 +16,11 @@ extern "C" __attribute__((import_module("page"), import_name("tell"))) void tell
 
 namespace {
 
-constexpr float kLeastAlpha = 1.0F / 255;  // of brushgs/rendering/constants.py: fainter strokes paint nothing
+constexpr auto kLeastAlpha = static_cast<float>(brushgs::kMinAlpha);
 
 brushgs::SceneColumns scene;
 brushgs::Extent extent;
-brushgs::SceneStrokes strokes;
+brushgs::GaussianColumns strokes;
 
 double paint_of(std::size_t row) {
     std::array<double, 3> scales;
@@ -57,15 +58,8 @@ void arrange() {
         strokes.means[i] = static_cast<float>(static_cast<double>(strokes.means[i]) - extent.center[i % 3]);
     }
     for (std::size_t row = 0; row < strokes.count; ++row) {
-        std::array<double, 4> quat;
-        double largest = 0, squares = 0;
-        for (std::size_t i = 0; i < 4; ++i) {
-            quat[i] = static_cast<double>(strokes.quats[4 * row + i]);
-            largest = std::max(largest, std::abs(quat[i]));
-        }
-        for (double& value : quat) value /= largest, squares += value * value;
-        for (std::size_t i = 0; i < 4; ++i)
-            strokes.quats[4 * row + i] = static_cast<float>(quat[i] / std::sqrt(squares));
+        const auto quat = brushgs::unit_quat(&strokes.quats[4 * row]);
+        std::ranges::transform(quat, &strokes.quats[4 * row], [](double value) { return static_cast<float>(value); });
     }
 }
 
@@ -105,9 +99,8 @@ BRUSHGS_EXPORT(reach) void reach(double* view) {
 BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* numbers) {
     strokes = {};
     strokes = brushgs::strokes_of_scene(
-        {scene.means.data(), scene.quats.data(), scene.scales.data(), scene.opacities.data(), scene.sh.data(),
-         scene.count, scene.sh_terms, scene.is_antialiased},
-        extent, {num_strokes, numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers + 5}, tell_page);
+        scene, extent, {num_strokes, numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers + 5},
+        tell_page);
     arrange();
 }
 

@@ -67,7 +67,7 @@ def has_washes(coat: "Coat") -> bool:
     """Whether the effect of a coat is washes that a page makes."""
     from brushgs.rendering.wet_layer import ShadowWash, WetLayer
 
-    return isinstance(coat.effect, WetLayer | ShadowWash) and coat.cut is None and coat.plain is None
+    return isinstance(coat.effect, WetLayer | ShadowWash) and _is_whole(coat)
 
 
 def _blacks(coat: "Coat") -> "Blacks | None":
@@ -96,8 +96,12 @@ def _rub(coat: "Coat") -> "Rub | None":
     """The rubbing of a coat, if a page makes it."""
     from brushgs.rendering.rub import Rub
 
-    is_whole = coat.cut is None and coat.plain is None
-    return coat.effect if isinstance(coat.effect, Rub) and is_whole else None
+    return coat.effect if isinstance(coat.effect, Rub) and _is_whole(coat) else None
+
+
+def _is_whole(coat: "Coat") -> bool:
+    """Whether a coat is painted in all of the scene, without parts that stay as they are."""
+    return coat.cut is None and coat.plain is None
 
 
 def _rub_facts(coat: "Coat", origin: F64) -> dict[str, Any] | None:

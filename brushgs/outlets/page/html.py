@@ -40,6 +40,7 @@ SCRIPTS = (
     "rub.js",
     "canvas_plan.js",
     "canvas.js",
+    "worker.js",
     "made.js",
     "effect_canvas.js",
     "highlight.js",
@@ -161,8 +162,8 @@ def page_html(
             "generator": html.escape(f"brushgs {__version__}"),
             "title": name,
             "meta": preview.tags(plain),
-            "caption": (f'<p id="caption">{caption}</p>\n' if caption else "")
-            + (web_text("drop.html") if drop else ""),
+            "caption": f'<p id="caption">{caption}</p>\n' if caption else "",
+            "drop": web_text("drop.html") if drop else "",
             "style": style,
             "still": "" if still is None else _still(still, name),
             "script": script,

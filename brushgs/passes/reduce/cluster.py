@@ -34,7 +34,6 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
 MAX_SEED = 2**32 - 1  # of scikit-learn
-CONTRIBUTION_POWER = 0.375  # of weights in k-means, as in `cluster_weights`
 # Of a focus in weights and errors: clusters on a surface are as dense as the root of the weights. A focus of
 # 2 on a sphere in koala, truck and skull gave 1.3 to 1.6 times the strokes per area at 1, 1.9 to 2.5 at 2.
 FOCUS_POWER = 1.75

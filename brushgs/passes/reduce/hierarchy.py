@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.passes.reduce.cluster import CONTRIBUTION_POWER, Grouping
+from brushgs.core.native import core as _core
+from brushgs.passes.reduce.cluster import Grouping
 from brushgs.passes.reduce.contribution import seen_areas
 from brushgs.passes.reduce.features import cluster_features
 from brushgs.passes.reduce.lloyd import lloyd
@@ -43,7 +44,7 @@ class Hierarchy:
         while (count := int(into.max(initial=0)) + 1) > FACTOR * FEWEST:
             strokes = grouping.merged("cover", into)
             paint = strokes.opacities * seen_areas(strokes)
-            weights = np.maximum(paint / max(float(paint.max()), 1e-300), 1e-9) ** CONTRIBUTION_POWER
+            weights = np.maximum(paint / max(float(paint.max()), 1e-300), 1e-9) ** _core.CONTRIBUTION_POWER
             points = cluster_features(strokes)
             found = lloyd(points, weights, count // FACTOR, seed=seed)
             found = keep_pure(found, points, weights, strokes, count // FACTOR)

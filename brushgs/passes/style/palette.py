@@ -7,6 +7,7 @@ tails their share.
 
 import numpy as np
 
+from brushgs.passes.groups import compacted
 from brushgs.passes.style.color_names import color_names
 from brushgs.values.arrays import F64, Array, Rows, check
 from brushgs.values.colors import oklab_of, rgb_of_oklab, split_alpha
@@ -112,9 +113,7 @@ def _refined(lab: F64, labels: Rows) -> Rows:
     for _ in range(_ROUNDS):
         middles = _middles(lab, labels)
         scores = lab @ (2 * middles.T) - (middles**2).sum(axis=1)
-        new = scores.argmax(axis=1)
-        is_used = np.bincount(new, minlength=len(middles)) > 0
-        new = (np.cumsum(is_used) - 1)[new]
+        new = compacted(scores.argmax(axis=1))[0].astype(np.intp)
         if np.array_equal(new, labels):
             break
         labels = new

@@ -1,4 +1,4 @@
-// The fragments of a picture, pixel by pixel, in the order in which the rasteriser blends them.
+// The fragments of a picture, pixel by pixel, in the order in which the rasterizer blends them.
 //
 // A fragment is a stroke, or its underpaint, at one pixel. The weights are those of `rasterize`, by the same
 // arithmetic. Records are sampled by a kernel; the rest is plain code, in fragments.cpp, since fragments are rarely

@@ -12,7 +12,7 @@
 //   that is 0.85 to 0.95; on five trained scenes (2000 strokes) 0.06 to 0.2 in the median, 0.3 to 0.6 for one in ten.
 // - How flat its place is distinguishes planes from curved surfaces. Strokes on small fruit, which end at an outline,
 //   must not spill.
-// - A stroke that no neighbour touches has no gap to close.
+// - A stroke that no neighbor touches has no gap to close.
 #pragma once
 
 #include <cstddef>

@@ -55,7 +55,7 @@ struct ProjectParams {
 struct ProjectCounts {
     std::size_t behind_near = 0;  // camera z <= near
     std::size_t not_finite = 0;   // some value of the box does not fit the scalar
-    std::size_t faint = 0;        // opacity under 1/255: the rasteriser would skip every fragment
+    std::size_t faint = 0;        // opacity under 1/255: the rasterizer would skip every fragment
     std::size_t outside = 0;      // no common area with the image
 };
 

@@ -7,7 +7,7 @@
 namespace brushgs {
 
 // The weights [count] times 1/4 to 4, varying along the Morton curve of the places [count, 3], so that among equal
-// neighbours some stay: by weight alone whole patches would go.
+// neighbors some stay: by weight alone whole patches would go.
 void spread_weights(const double* weights, const double* places, std::size_t count, int num_threads, double* ranked);
 
 // How many rows of the lowest rank [count] together hold at most 5 % of the weights [count], all >= 0. A few Gaussians

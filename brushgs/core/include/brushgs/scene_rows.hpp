@@ -11,14 +11,17 @@
 
 namespace brushgs {
 
-struct SceneColumns {
+struct GaussianColumns {
     std::vector<float> means;      // [count, 3] world units
     std::vector<float> quats;      // [count, 4] w, x, y, z; not zero
     std::vector<float> scales;     // [count, 3] standard deviations, world units
     std::vector<float> opacities;  // [count] 0 to 1
     std::vector<float> sh;         // [count, sh_terms, 3]
     std::size_t count = 0;
-    std::size_t sh_terms = 1;     // 1, 4, 9 or 16
+    std::size_t sh_terms = 1;  // 1, 4, 9 or 16
+};
+
+struct SceneColumns : GaussianColumns {
     std::size_t num_dropped = 0;  // rows that cannot be drawn
     bool is_antialiased = false;  // see brushgs/values/notes.py
     std::string fault;            // why the file is refused, one sentence; empty if it was read

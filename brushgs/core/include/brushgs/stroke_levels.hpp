@@ -49,7 +49,7 @@ struct StrokeImage {
     std::size_t rows, columns;
 };
 
-// Fills the levels of an image, those of one level along u together if they are neighbours.
+// Fills the levels of an image, those of one level along u together if they are neighbors.
 //
 // A texel is rounded to 8 bits, ties to even. The height of a level is its mean over the paint, 1/2 where there is
 // hardly any paint: a pixel shows the height of its paint, not of the gaps between bristles.

@@ -8,7 +8,7 @@ const { OUTLINE_BLUR, OUTLINE_LEVEL, OUTLINE_SHARP, INK_LAID, INK_SKIRT, INK_FAD
 const sideOf = (radius) => 2 * Math.max(1, Math.round(radius)) + 1;
 
 /**
- * Make paper and ink of a picture of grey strokes, in place.
+ * Make paper and ink of a picture of gray strokes, in place.
  *
  * @param {{threshold: number, leastArea: number, ink: number[], paper: number[]}} blacks
  * @param {object} picture of `paintSoftly`

@@ -27,9 +27,7 @@ class Maker {
   async run(number, task, given) {
     if (number !== this._number) throw null;
     if (!this._worker) {
-      const source = URL.createObjectURL(new Blob([WORKER], { type: "text/javascript" }));
-      this._worker = new Worker(source);
-      URL.revokeObjectURL(source);
+      this._worker = workerOf(WORKER);
       await this._ask("open", { module: this._module });
     }
     return this._ask(task, given);

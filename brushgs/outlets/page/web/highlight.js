@@ -1,4 +1,4 @@
-// Shows which strokes belong to a part of the painting: a veil of grey lies over all others.
+// Shows which strokes belong to a part of the painting: a veil of gray lies over all others.
 //
 // The picture itself is painted as ever. For a highlight the strokes are drawn a second time, in white where
 // they belong to the part and in black where not, into a picture of shares; then the veil is laid over the

@@ -77,7 +77,7 @@ class AxisFilter {
     this._weights = Float64Array.from(weights);
   }
 
-  /** The Gram matrix of hat functions, eliminated: 2/3, 1/3 at both ends, and 1/6 between neighbours. */
+  /** The Gram matrix of hat functions, eliminated: 2/3, 1/3 at both ends, and 1/6 between neighbors. */
   _setSolution() {
     const n = this.numTexels;
     this._diagonal = new Float64Array(n).fill(2 / 3);

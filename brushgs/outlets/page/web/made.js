@@ -94,13 +94,10 @@ class EffectWorkers {
   /** A worker, or null where this browser has none for this page. */
   _newWorker() {
     if (!this._script) return null;
-    const address = URL.createObjectURL(new Blob([this._script], { type: "text/javascript" }));
     try {
-      return new Worker(address);
+      return workerOf(this._script);
     } catch {
       return null;
-    } finally {
-      setTimeout(() => URL.revokeObjectURL(address), 10000); // some browsers read it later
     }
   }
 }

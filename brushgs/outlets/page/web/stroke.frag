@@ -56,7 +56,7 @@ void main() {
   if (vKind.x == 0.0)
 #endif
   {
-    // textureLod: neighbours of a pixel may lie outside of the stroke
+    // textureLod: neighbors of a pixel may lie outside of the stroke
     vec2 paint = textureLod(uAtlas, vTexels.xy + (0.5 + 0.5 * place) * vTexels.zw, 0.0).rg;
     coverage = paint.x, height = paint.y;
   }
