@@ -95,5 +95,5 @@ def test_outlets_without_effects_show_dark_strokes_in_place_of_blacks(paintings)
     assert 0 < is_ink.mean() < 0.6
     assert (is_ink == (base_colors(ground.strokes.sh)[:, 1] < ground.effect.threshold)).all()
     words = " ".join(omitted(Painting(paintings["ink"].coats), CAMERA, for_view=False))
-    assert "gathers on the paper" in words
+    assert "washes and blacks are not in the file" in words
     assert "denser" in words
