@@ -1,13 +1,15 @@
 """Findings about positions, sizes and light: far outliers, fillers, needles; too dark, faint or bright."""
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgs.doctor.findings import Finding, Severity
-from brushgs.doctor.geometry import Core
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.reduce.clean import FAINT
 from brushgs.passes.reduce.contribution import projected_areas
-from brushgs.values.arrays import Mask
+from brushgs.values.arrays import Array, Mask
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0, base_colors
@@ -143,3 +145,29 @@ def _check_bright(gaussians: Gaussians, total: int) -> list[Finding]:
 def _unless_most(rows: Mask) -> Mask | None:
     """The rows to drop; None if they are most of the scene."""
     return rows if rows.mean() <= MOST else None
+
+
+# Robust middle and radius of a scene.
+
+
+# Robust against a tenth of the rows at each end.
+CORE_PERCENTILES = (10, 90)
+
+
+@dataclass(frozen=True)
+class Core:
+    """Middle [3] and half diagonal of the box of the middle 80 % along each axis, world units."""
+
+    center: NDArray[np.float64]
+    radius: float
+
+    @classmethod
+    def of(cls, means: Array) -> "Core":
+        """The core of points [N, 3]; without extent, the radius is that of `robust_frame`."""
+        low, high = np.percentile(means.astype(np.float64), CORE_PERCENTILES, axis=0)
+        radius = 0.5 * float(np.linalg.norm(high - low))
+        return cls(0.5 * (low + high), radius if radius > 0 else robust_frame(means)[1])
+
+    def distances(self, means: Array) -> NDArray[np.float64]:
+        """[N] distances from the middle, in radii."""
+        return np.asarray(np.linalg.norm(means - self.center, axis=1) / self.radius)

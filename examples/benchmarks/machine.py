@@ -3,7 +3,7 @@
 import subprocess
 from pathlib import Path
 
-from brushgs.measure.bench.machine import describe_machine
+from brushgs.measure.bench.run import describe_machine
 
 
 def describe() -> str:

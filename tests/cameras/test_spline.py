@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brushgs.cameras.motion import view_change
-from brushgs.cameras.spline import CameraSpline, through
+from brushgs.cameras.paths import CameraSpline, through
 from brushgs.values.camera import Camera
 from tests.kit.for_each import for_each
 

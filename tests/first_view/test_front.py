@@ -2,9 +2,8 @@ import numpy as np
 import pytest
 
 from brushgs.first_view import find_first_view
-from brushgs.first_view.front import LEAN, find_front, wrapped
+from brushgs.first_view.front import LEAN, NUM_PLANES, find_front, mirror_likeness, wrapped
 from brushgs.first_view.sample import take_sample
-from brushgs.first_view.symmetry import NUM_PLANES, mirror_likeness
 from tests.first_view.scenes import about, moved, statue
 from tests.kit.for_each import for_each
 

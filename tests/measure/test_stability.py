@@ -9,10 +9,10 @@ import brushgs as bg
 from brushgs.formats.pictures.images import read_image
 from brushgs.measure import plotting
 from brushgs.measure.box_events import off_axis_share, orientation_events, worst_shortfall
-from brushgs.measure.stability import Comparison, StabilityReport, measure, measure_stability, plot
-from brushgs.measure.stability.advice import advice
+from brushgs.measure.stability import Comparison, StabilityReport, measure, measure_stability
+from brushgs.measure.stability.measure import advice
 from brushgs.measure.stability.painters import all_painters
-from brushgs.measure.stability.plot import write_plot
+from brushgs.measure.stability.run import write_plot
 from brushgs.measure.stability.table import stability_table
 from brushgs.measure.warp import View
 from brushgs.options.experiments import StabilityConfig
@@ -342,7 +342,7 @@ def test_a_plot_that_cannot_be_drawn_leaves_what_was_there(result, tmp_path, mon
     def stop(*args):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(plot, "_draw_excess", stop)
+    monkeypatch.setattr("brushgs.measure.stability.run._draw_excess", stop)
     with pytest.raises(KeyboardInterrupt):
         write_plot(result, path, "title")
     assert path.read_bytes() == b"before"

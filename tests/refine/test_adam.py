@@ -4,7 +4,7 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
-from brushgs.refine.adam import Adam  # noqa: E402
+from brushgs.refine.variables import Adam  # noqa: E402
 
 RATES = {"means": 0.02, "colors": 0.3}
 

@@ -4,7 +4,7 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
-from brushgs.refine.photometric import photometric, ssim  # noqa: E402
+from brushgs.refine.distil import photometric, ssim  # noqa: E402
 from tests.kit.for_each import for_each  # noqa: E402
 from tests.refine import photometric_reference as reference  # noqa: E402
 

@@ -8,14 +8,13 @@ import pytest
 
 import brushgs as bg
 from brushgs.options.projection import ProjectionConfig
-from brushgs.rendering.all_around import lit_all_around
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.light import Lamp, light
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.rigs import Rig, directions_between
-from brushgs.rendering.sphere import Sphere, sphere_of
+from brushgs.rendering.sphere import Sphere, lit_all_around, sphere_of
 from brushgs.rendering.wanted import Following, Wanted
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame

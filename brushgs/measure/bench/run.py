@@ -1,12 +1,15 @@
 """`brushgs bench`: curves of error against run time of a scene file, as table, JSON, CSV and plot."""
 
+import platform
+import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.measure.bench.figures import SCHEMA
 from brushgs.measure.bench.look_subject import LookSubject, has_look
-from brushgs.measure.bench.machine import describe_machine
 from brushgs.measure.bench.measure import measure, of_whole_paintings
 from brushgs.measure.bench.plot import write_plot
 from brushgs.measure.bench.subject import ASKS, Subject
@@ -112,3 +115,32 @@ def _title(subject: Subject | LookSubject, machine: dict[str, Any]) -> str:
     size = f"{subject.camera.width}x{subject.camera.height}"
     what = f"{name}, {len(subject.gaussians):,} Gaussians, {subject.prepared.texture.name}, {size}"
     return f"{what}, {machine['threads']} threads; filled: on the Pareto front"
+
+
+# The machine and build of a measurement; a debug build is refused, since its times are meaningless.
+
+
+def describe_machine(num_threads: int | None = None) -> dict[str, Any]:
+    """Compiler and instruction set of the core, Python, processor and threads.
+
+    Raises:
+        ValueError: if the core was built without optimization.
+    """
+    compiler, is_optimised = _core.build()
+    if not is_optimised:
+        raise ValueError(
+            "bench: the core must be a release build, got a debug one; build it with CMAKE_BUILD_TYPE=Release"
+        )
+    return {
+        "compiler": compiler,
+        "isa": _core.isa(),
+        "python": platform.python_version(),
+        "processor": _processor(),
+        "threads": num_threads_or_default(num_threads),
+    }
+
+
+def _processor() -> str:
+    info = Path("/proc/cpuinfo")
+    names = re.findall(r"model name\s*:\s*(.+)", info.read_text()) if info.exists() else []
+    return names[0] if names else platform.processor()

@@ -26,17 +26,17 @@ from brushgs.options.where_terms import (
 from brushgs.options.where_terms import (
     Mask as MaskTerm,
 )
-from brushgs.passes.where.edges import ramp, soft_mask
+from brushgs.passes.reduce.contribution import paint_of
 from brushgs.passes.where.ground import Ground, height_depths
-from brushgs.passes.where.hull import size_of
+from brushgs.passes.where.hull import in_hull, size_of
 from brushgs.passes.where.masks import MaskView, mask_votes
 from brushgs.passes.where.parts import connected_parts
-from brushgs.passes.where.shapes import box_depths, color_depths, half_depths, sphere_depths
-from brushgs.passes.where.subject import find_subject
 from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.hashing import GOLDEN, uniform
+from brushgs.values.quats import shortest_axes
+from brushgs.values.sh import base_colors
 
 T = TypeVar("T")
 HALF = 0.5  # minimum membership of a Gaussian inside, if it cannot be partial
@@ -214,3 +214,131 @@ class _Evaluation:
             raise ValueError(f"where: {term} needs a CLIP model; give one with --text-model")
         found: Array = self._context.relevance(term.words, self._gaussians)
         return np.asarray(found >= HALF)
+
+
+# Turn distances into memberships: hard edges, and soft ones of a given width.
+
+
+def ramp(depths: F64, width: float) -> F64:
+    """Memberships [N] for signed distances from an edge.
+
+    Args:
+        depths: [N] how far inside, any unit; below 0 outside. 0 is inside.
+        width: of the soft edge, in the same unit, half of it to each side; 0 for a hard one.
+
+    Returns:
+        0 to 1, at least 1/2 exactly if `depths` is at least 0.
+    """
+    if not width > 0:
+        return (depths >= 0).astype(np.float64)
+    return np.clip(0.5 + depths / width, 0.0, 1.0)
+
+
+def soft_mask(inside: Mask, means: Array, width: float) -> F64:
+    """Memberships [N] for a mask, by the distance to the nearest Gaussian of the other side.
+
+    Args:
+        inside: [N].
+        means: [N, 3] world units.
+        width: see `ramp`.
+    """
+    if not width > 0 or inside.all() or not inside.any():
+        return inside.astype(np.float64)
+    from scipy.spatial import cKDTree
+
+    from brushgs.core.threads import num_threads_or_default
+
+    points, depths = means.astype(np.float64), np.empty(len(means))
+    for side, sign in ((inside, 1.0), (~inside, -1.0)):
+        tree = cKDTree(points[~side])
+        distances, _ = tree.query(
+            points[side], distance_upper_bound=width, workers=num_threads_or_default(None)
+        )
+        depths[side] = sign * np.minimum(distances, width)  # infinite where none is as near
+    return ramp(depths, width)
+
+
+# Signed distances from the surfaces of boxes, balls, half spaces and colors; above 0 inside.
+
+
+def box_depths(box: Box, means: Array) -> F64:
+    """[N] world units: the distance from the nearest face inside, minus that from the box outside."""
+    points = means.astype(np.float64)
+    beyond = np.maximum(np.array(box.low) - points, points - np.array(box.high))  # [N, 3], above 0 outside
+    outside = np.linalg.norm(np.maximum(beyond, 0), axis=1)
+    return np.asarray(np.where(outside > 0, -outside, -beyond.max(axis=1, initial=-np.inf)))
+
+
+def sphere_depths(sphere: Sphere, means: Array) -> F64:
+    """[N] world units."""
+    away = means.astype(np.float64) - np.array(sphere.center)
+    return np.asarray(sphere.radius - np.linalg.norm(away, axis=1))
+
+
+def half_depths(half: Half, means: Array) -> F64:
+    """[N] world units."""
+    longest = max(map(abs, half.normal))  # squares of tiny and huge numbers stay in range
+    normal = np.array(half.normal) / longest
+    length = float(np.linalg.norm(normal))
+    return np.asarray((means.astype(np.float64) @ normal - half.offset / longest) / length)
+
+
+def color_depths(color: Color, gaussians: Gaussians) -> F64:
+    """[N] in display-encoded RGB of 0 to 1."""
+    away = base_colors(gaussians.sh) - np.array(color.rgb)
+    return np.asarray(color.distance - np.linalg.norm(away, axis=1))
+
+
+# Separate the subject of a scene from its surroundings.
+
+
+MARGIN = 0.01  # of the subject's size, tolerance of its hull
+# For a scene with surroundings, in sizes of the subject: maximum reach of a part beyond its hull, and maximum
+# height of level Gaussians that belong to the ground.
+AROUND = 0.3
+LEVEL_ON_GROUND = 0.02
+LEVEL = np.cos(np.radians(30.0))  # of the shortest axis against up
+FLAT = 2.0  # minimum ratio of the second axis to the shortest for a normal
+# Minimum shares of a connected part of the subject: its painted area inside the hull, and its part of all
+# such area. The fence beside the truck lies in the hull in part.
+MOSTLY, WORTH = 0.8, 0.005
+
+
+def find_subject(gaussians: Gaussians, view: FirstView, ground: Ground) -> Mask:
+    """[N] the Gaussians of the subject.
+
+    Without surroundings and ground these are the Gaussians in the hull of its points. Otherwise the hull also
+    contains ground and parts of other objects; then the subject consists of the connected parts above the
+    ground that lie mostly in the hull, including parts that stick out.
+    """
+    size = size_of(view)
+    inside = in_hull(gaussians.means, view.points, MARGIN * size)
+    if not view.has_surroundings and not ground.is_found:
+        return inside
+    near = in_hull(gaussians.means, view.points, AROUND * size)
+    if ground.is_found:
+        near &= ~_on_ground(gaussians, ground, size)
+    rows = np.flatnonzero(near)
+    some = gaussians.take(rows)
+    parts = connected_parts(some)
+    areas = paint_of(some)
+    num = int(parts.max(initial=-1)) + 1
+    whole, in_it = (np.bincount(parts, weights, num) for weights in (areas, areas * inside[rows]))
+    belongs = in_it >= MOSTLY * whole
+    belongs &= in_it >= WORTH * in_it[belongs].sum()
+    if not belongs.any():  # nothing rises above the ground: take the hull
+        return inside
+    found = np.zeros(len(gaussians), bool)
+    found[rows] = belongs[parts]
+    return found
+
+
+def _on_ground(gaussians: Gaussians, ground: Ground, size: float) -> Mask:
+    heights = ground.plane.heights(gaussians.means)
+    found = heights <= 0
+    rows = np.flatnonzero(~found & (heights <= LEVEL_ON_GROUND * size))
+    sizes = np.sort(gaussians.scales[rows].astype(np.float64), axis=1)
+    normals = shortest_axes(gaussians.quats[rows], gaussians.scales[rows])
+    is_level = np.abs(normals @ ground.plane.normal) >= LEVEL
+    found[rows] = is_level & (sizes[:, 1] > FLAT * sizes[:, 0])
+    return np.asarray(found)

@@ -20,7 +20,7 @@ import numpy as np
 import brushgs as bg
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.registry import PICTURE_SUFFIXES
-from brushgs.measure.bench.machine import describe_machine
+from brushgs.measure.bench.run import describe_machine
 from brushgs.measure.report import ExperimentReport, plain_camera
 from brushgs.measure.warp import View
 from brushgs.options.painting import CleanConfig, PaintConfig, ViewConfig

@@ -14,7 +14,7 @@ from brushgs.cli.parser import parse
 from brushgs.formats.pictures.images import read_image
 from brushgs.measure import plotting
 from brushgs.measure.bench import subject
-from brushgs.measure.bench.knobs import KNOBS
+from brushgs.measure.bench.look_families import KNOBS
 from brushgs.options.experiments import LOOK_FAMILIES, BenchConfig
 from tests.kit.commands import names, refused, run
 from tests.measure.bench.conftest import SIZES, STOPS

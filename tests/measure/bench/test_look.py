@@ -8,8 +8,7 @@ import pytest
 
 from brushgs.cli.commands import bench
 from brushgs.cli.parser import parse
-from brushgs.measure.bench.knobs import KNOBS, Knob
-from brushgs.measure.bench.look_families import AS_IT_IS, plan_look_families
+from brushgs.measure.bench.look_families import AS_IT_IS, KNOBS, Knob, plan_look_families
 from brushgs.measure.bench.look_subject import (
     LookSubject,
     Picture,

@@ -8,8 +8,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
-from brushgs.outlets.glb.bumps import Bump
-from brushgs.outlets.glb.write import write_quads
+from brushgs.outlets.glb.write import Bump, write_quads
 from brushgs.outlets.page.view import PageView
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.light import Lamp

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.passes.where.masks import MaskView, mask_votes
-from brushgs.passes.where.settle import settle
+from brushgs.passes.where.masks import MaskView, mask_votes, settle
 from brushgs.rendering.visibility import visible_areas
 from tests.kit.regions import REGIONS, cameras, iou, leakage, mask_of, owners
 from tests.scenes import still_life_of
