@@ -183,7 +183,7 @@ _VIDEOS = (
     _video("GIF", ".gif", container="gif", codecs=("gif",), max_fps=50, holds_metadata=False),
 )
 _STYLES = (
-    Format("style", "style", (".style",), read="styles:read_style", write="styles_write:write_style",
+    Format("style", "style", (".style",), read="styles:read_style", write="styles:write_style",
         note="what was learned of a painting"),
 )
 _MARKS = (

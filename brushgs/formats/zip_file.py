@@ -5,7 +5,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO
+from typing import IO, BinaryIO
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain
@@ -43,30 +43,40 @@ def open_zip(path: Path) -> Iterator[zipfile.ZipFile]:
             yield archive
 
 
-def why_not_read(member: zipfile.ZipInfo) -> str | None:
-    """Why a member cannot be read, as a clause; None if it can."""
+@contextmanager
+def open_member(
+    path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo, what: str, cure: str
+) -> Iterator[IO[bytes]]:
+    """Open a member of an archive; `what` names it in messages, such as "array 'means3D'".
+
+    Raises SceneError, with the given cure, if it is encrypted or in an unsupported compression; or if it
+    proves damaged while it is read within the block. A checksum is verified at the end of a member.
+    """
     if member.flag_bits & 1:
-        return "is encrypted"
-    return None if member.compress_type in _PACKINGS else "is packed in a way that is not read"
+        raise SceneError(path, f"its {what} is encrypted; {cure}")
+    if member.compress_type not in _PACKINGS:
+        raise SceneError(path, f"its {what} is packed in a way that is not read; {cure}")
+    try:
+        with archive.open(member) as file:
+            yield file
+    except SceneError:
+        raise
+    except ZIP_FAULTS as error:
+        fact = f"its {what} is damaged ({str(error) or 'it is cut off'})"
+        raise SceneError(path, f"{fact}; download or copy it again") from None
 
 
 def read_member(path: Path, archive: zipfile.ZipFile, name: str, most: int, cure: str) -> bytes:
     """The content of a member of an archive.
 
-    Raises KeyError if there is no such member; SceneError if it is encrypted, in an unsupported compression,
-    damaged, or larger than `most` bytes.
+    Raises KeyError if there is no such member; SceneError as `open_member` does, or if it is larger than
+    `most` bytes.
     """
     member = archive.getinfo(name)
-    fault = why_not_read(member)
-    if fault is None and member.file_size > most:
-        fault = f"is larger than {most >> 20} MiB"
-    try:
-        if fault is None:
-            with archive.open(member) as file:
-                return file.read(most)
-    except ZIP_FAULTS as error:
-        fault = f"is damaged ({error})"
-    raise SceneError(path, f"its {name[:80]} {fault}; {cure}")
+    if member.file_size > most:
+        raise SceneError(path, f"its {name[:80]} is larger than {most >> 20} MiB; {cure}")
+    with open_member(path, archive, member, name[:80], cure) as file:
+        return file.read(most)
 
 
 class _Bounded:

@@ -35,7 +35,7 @@ Canvas = Literal["none", "linen", "paper"]  # texture under the paint
 Medium = Literal["paint", "charcoal", "ink", "hatching", "stippling", "watercolour"]  # painting medium
 StageTone = Literal["auto", "light", "dark"]  # wall of a stage
 Codec = Literal["h264", "h265", "prores", "vp9"]  # video codec
-# Color spaces of a file; see formats/pictures/exr/spaces.py.
+# Color spaces of a file; see formats/pictures/exr/planes.py.
 FileSpace = Literal["lin_srgb", "srgb", "acescg", "aces2065_1", "lin_rec2020", "lin_p3d65"]
 
 # Built-in looks (files in brushgs/looks), in listing order.

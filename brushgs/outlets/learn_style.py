@@ -5,7 +5,7 @@ from pathlib import Path
 from brushgs.errors import SceneError
 from brushgs.formats.files import check_plain
 from brushgs.formats.pictures.images import read_image
-from brushgs.formats.styles_write import write_style
+from brushgs.formats.styles import write_style
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.passes.style.dictionary import FEW, MANY
 from brushgs.passes.style.marks import learn_marks

@@ -157,7 +157,7 @@ def _palette_of(style: StyleConfig, learned: PaintingStyle, output: Path) -> Pal
     strength = sum(one.share * one.color for one in style.styles)
     if len(style.files) == 1:
         return PaletteConfig(style.files[0], strength)
-    from brushgs.formats.styles_write import write_style
+    from brushgs.formats.styles import write_style
     from brushgs.refine.in_style import style_beside
 
     write_style(learned.style, style_beside(output))
@@ -225,7 +225,7 @@ def _in_style(
     files = () if config.style is None else config.style.files
     is_input = beside.exists() and any(beside.samefile(file) for file in files)
     if marks.brushes and not is_input:
-        from brushgs.formats.styles_write import write_style
+        from brushgs.formats.styles import write_style
 
         write_style(learned.style, beside)
     return laid.prepared, None if moves is None else laid.moves, True

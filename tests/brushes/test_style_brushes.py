@@ -9,7 +9,7 @@ import pytest
 import brushgs as bg
 from brushgs import SceneError
 from brushgs.brushes.brush_set import name_of
-from brushgs.formats.styles_write import write_style
+from brushgs.formats.styles import write_style
 from brushgs.options.painting import DrawConfig, PaintConfig
 from brushgs.pipeline.outputs import input_files
 from brushgs.values.style import Style, StyleMarks

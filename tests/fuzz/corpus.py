@@ -20,7 +20,7 @@ from PIL import Image
 from brushgs.formats.marks import write_marks
 from brushgs.formats.scenes.ply_header import comment_lines
 from brushgs.formats.scenes.stored import Stored
-from brushgs.formats.styles_write import write_style
+from brushgs.formats.styles import write_style
 from brushgs.formats.usd import is_usd_here
 from brushgs.values.camera import FirstView
 from tests.fuzz.reader import SEPARATOR

@@ -17,7 +17,7 @@ from brushgs import cli
 from brushgs.cameras.around import near_views, ring_views, subject_ahead
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.formats.pictures.images import read_image, write_frame
-from brushgs.formats.styles_write import write_style
+from brushgs.formats.styles import write_style
 from brushgs.passes.form.choose_brushes import choose_brushes
 from brushgs.passes.reduce import cluster as clustering
 from brushgs.passes.reduce.contribution import contributions

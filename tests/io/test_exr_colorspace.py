@@ -5,7 +5,7 @@ import OpenImageIO
 import pytest
 
 from brushgs import Frame, cli
-from brushgs.formats.pictures.exr.spaces import SPACES, colors_in
+from brushgs.formats.pictures.exr.planes import SPACES, colors_in
 from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.values.colors import linear_from_srgb
 from tests.io.exr_reader import channels_of

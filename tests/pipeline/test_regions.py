@@ -8,7 +8,7 @@ import pytest
 import brushgs as bg
 from brushgs.errors import SceneWarning
 from brushgs.formats.pictures.images import read_image
-from brushgs.formats.styles_write import write_style
+from brushgs.formats.styles import write_style
 from brushgs.options.clip import ClipConfig
 from brushgs.options.direction import Direction
 from brushgs.options.painting import (

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.formats.styles import read_style
-from brushgs.formats.styles_write import write_style
+from brushgs.formats.styles import read_style, write_style
 from brushgs.options.painting import ViewConfig
 from brushgs.options.styling import DIALS
 from brushgs.outlets.learn_style import learn_style

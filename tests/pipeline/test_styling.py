@@ -7,7 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.formats.pictures.images import read_image
-from brushgs.formats.styles_write import write_style
+from brushgs.formats.styles import write_style
 from brushgs.options.look_parts import GroundConfig
 from brushgs.options.painting import (
     ClusterConfig,

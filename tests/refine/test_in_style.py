@@ -12,8 +12,7 @@ import brushgs as bg
 from brushgs import cli
 from brushgs.cameras.framing import frame_scene
 from brushgs.formats import read_scene
-from brushgs.formats.styles import read_style
-from brushgs.formats.styles_write import write_style
+from brushgs.formats.styles import read_style, write_style
 from brushgs.refine.painting_style import SIZE, open_style, painted
 from tests.io.styles import example
 from tests.kit.for_each import for_each

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.formats.styles_write import write_style
+from brushgs.formats.styles import write_style
 from brushgs.options.styling import StyleConfig
 from brushgs.refine.mix_styles import mixed, open_styles
 from brushgs.refine.painting_style import open_style

@@ -28,7 +28,7 @@ from brushgs.formats.files import open_plain, read_exactly
 from brushgs.formats.moving.formula import NOMINAL_RATE
 from brushgs.formats.moving.kept import Kept, Moments, keep_rows
 from brushgs.formats.scenes.columns import STANDARD, Columns
-from brushgs.formats.zip_file import ZIP_FAULTS, open_zip, why_not_read
+from brushgs.formats.zip_file import open_member, open_zip
 from brushgs.values.arrays import F32
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
@@ -93,24 +93,16 @@ def open_npz(path: Path, names: Iterable[str]) -> tuple[dict[str, StoredArray], 
 
 
 def _open_member(path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str) -> StoredArray:
-    if how := why_not_read(member):
-        raise SceneError(path, f"its array {name!r} {how}; {_CURE}")
-    try:
-        with archive.open(member) as file:
-            shape, dtype = _read_header(path, file, name)
-            header = file.tell()
-            size = header + prod(shape) * dtype.itemsize
-            if size != member.file_size:
-                fact = f"its array {name!r} has {member.file_size} bytes, and {size} by its header"
-                raise SceneError(path, f"{fact}; {_CURE}")
-            if member.compress_type != zipfile.ZIP_STORED:
-                values = _unpacked(path, file, member, name, dtype)
-                return StoredArray(path, shape, dtype, 0, values.reshape(shape))
-    except SceneError:
-        raise
-    except ZIP_FAULTS as error:
-        fact = f"its array {name!r} is damaged ({str(error) or 'it is cut off'})"
-        raise SceneError(path, f"{fact}; download or copy it again") from None
+    with open_member(path, archive, member, f"array {name!r}", _CURE) as file:
+        shape, dtype = _read_header(path, file, name)
+        header = file.tell()
+        size = header + prod(shape) * dtype.itemsize
+        if size != member.file_size:
+            fact = f"its array {name!r} has {member.file_size} bytes, and {size} by its header"
+            raise SceneError(path, f"{fact}; {_CURE}")
+        if member.compress_type != zipfile.ZIP_STORED:
+            values = _unpacked(path, file, member, name, dtype)
+            return StoredArray(path, shape, dtype, 0, values.reshape(shape))
     return StoredArray(path, shape, dtype, _start_of(path, member, name) + header)
 
 

@@ -187,7 +187,7 @@ def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear:
             if is_associated:
                 color[:] = np.divide(color, alpha, out=np.zeros_like(color), where=alpha > 0)
             if space is not None:
-                from brushgs.formats.pictures.exr.spaces import rec709_of
+                from brushgs.formats.pictures.exr.planes import rec709_of
 
                 color[:] = rec709_of(color, space)
             if is_linear:
@@ -198,7 +198,7 @@ def _display_encoded(path: Path, source: "OpenImageIO.ImageInput", *, is_linear:
 
 def _stated_space(spec: "OpenImageIO.ImageSpec") -> str | None:
     """The Color Interop Forum name of the color space in a header, if it is one that brushgs writes."""
-    from brushgs.formats.pictures.exr.spaces import SPACES
+    from brushgs.formats.pictures.exr.planes import SPACES
 
     found = spec.get_string_attribute("colorInteropID")
     return found if found in {space.interop_id for space in SPACES.values()} else None

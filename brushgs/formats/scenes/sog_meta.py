@@ -10,10 +10,10 @@ value. The format is defined by the PlayCanvas engine and splat-transform.
 
 import zipfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Any, Generic, TypeVar
+from typing import IO, Annotated, Any, Generic, TypeVar
 
 import msgspec
 import numpy as np
@@ -26,7 +26,7 @@ from brushgs.formats.pictures.images import MAX_PIXELS
 from brushgs.formats.pictures.still import NUM_HEADER_BYTES
 from brushgs.formats.scenes.stored import Stored, parse_content, read_stored
 from brushgs.formats.schema import as_count, convert, decode, refused, shown
-from brushgs.formats.zip_file import ZIP_FAULTS, open_zip, why_not_read
+from brushgs.formats.zip_file import open_member, open_zip
 from brushgs.values.arrays import F32, Array
 from brushgs.values.notes import Training
 
@@ -80,17 +80,18 @@ class _Archive(SceneFiles):
         self._archive, self._folder = archive, _find_folder(path, archive.namelist())
 
     def meta(self, most: int) -> bytes:
-        return self._read_whole(META, most)
+        return self._read(META, most)
 
     def head(self, name: str) -> bytes:
-        return self._read(self._member(name), NUM_HEADER_BYTES)
+        with self._open(name) as file:
+            return file.read(NUM_HEADER_BYTES)
 
     def size(self, name: str) -> int:
         return self._member(name).compress_size
 
     @contextmanager
     def on_disk(self, name: str, most: int) -> Iterator[Path]:
-        content = self._read_whole(name, most)
+        content = self._read(name, most)
         with scratch_folder() as folder:
             path = folder / "picture.webp"
             path.write_bytes(content)
@@ -102,28 +103,21 @@ class _Archive(SceneFiles):
 
     def _member(self, name: str) -> zipfile.ZipInfo:
         try:
-            member = self._archive.getinfo(self._folder + name)
+            return self._archive.getinfo(self._folder + name)
         except KeyError:
             fact = f"names the file {name[:100]!r}, which is not in the archive"
             raise SceneError(self.path, f"its {META} {fact}; download or export it again") from None
-        if how := why_not_read(member):
-            raise SceneError(self.path, f"its member {name[:100]!r} {how}; unpack it and name the folder")
-        return member
 
-    def _read_whole(self, name: str, most: int) -> bytes:
-        content = self._read(self._member(name), most + 1)
+    def _open(self, name: str) -> AbstractContextManager[IO[bytes]]:
+        what, cure = f"member {name[:100]!r}", "unpack it and name the folder"
+        return open_member(self.path, self._archive, self._member(name), what, cure)
+
+    def _read(self, name: str, most: int) -> bytes:
+        with self._open(name) as file:
+            content = file.read(most + 1)
         if len(content) > most:
             raise SceneError(self.path, f"its member {name[:100]!r} {_too_large(most)}")
         return content
-
-    def _read(self, member: zipfile.ZipInfo, most: int) -> bytes:
-        """At most `most` bytes of a member; if it is read to its end, its checksum is verified."""
-        try:
-            with self._archive.open(member) as file:
-                return file.read(most)
-        except ZIP_FAULTS as error:
-            fact = f"its member {member.filename[:100]!r} is damaged ({error})"
-            raise SceneError(self.path, f"{fact}; download or copy it again") from None
 
 
 @contextmanager

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from brushgs.formats.packed import pack
-from brushgs.formats.styles import read_style
-from brushgs.formats.styles_write import write_style
+from brushgs.formats.styles import read_style, write_style
 from brushgs.values.style import MarkDictionary, MarkSpectrum
 from tests.io.styles import example
 from tests.io.test_images import png

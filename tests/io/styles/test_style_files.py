@@ -9,8 +9,7 @@ import pytest
 
 from brushgs.errors import SceneError
 from brushgs.formats.packed import pack
-from brushgs.formats.styles import MAX_BYTES, read_style
-from brushgs.formats.styles_write import write_style
+from brushgs.formats.styles import MAX_BYTES, read_style, write_style
 from brushgs.values.style import Style, StyleStage
 from tests.io.styles import example
 from tests.kit.for_each import for_each

@@ -19,15 +19,16 @@ from brushgs.core.signals import defer_stop
 from brushgs.formats.files import replacing
 from brushgs.formats.pictures.exr.cryptomatte import cryptomattes_of
 from brushgs.formats.pictures.exr.planes import (
+    DEFAULT,
     LARGEST_HALF,
     NOTES,
+    SPACES,
     Attribute,
     Plane,
     attributes_of,
     mark_latlong,
     planes_of,
 )
-from brushgs.formats.pictures.exr.spaces import DEFAULT, SPACES
 from brushgs.formats.pictures.oiio import NO_DATE, Background, not_written
 from brushgs.options.choices import FileSpace
 from brushgs.values.frame import Frame
