@@ -15,8 +15,8 @@ from rich.console import Console
 
 from brushgs.formats.pictures.images import read_image
 from brushgs.measure.bench.figures import Bench, Family, Point, Verified, mark_best
-from brushgs.measure.bench.measure import OtherLoad, advice, curves_of, doubts_of
 from brushgs.measure.bench.plot import COLORS, write_plot
+from brushgs.measure.bench.run import OtherLoad, advice, curves_of, doubts_of
 from brushgs.measure.bench.table import COLUMNS, print_bench, rows
 from brushgs.measure.bench.timing import TimedRun, TimeQuartiles, time_alternately
 from brushgs.measure.likeness import Likeness
@@ -85,9 +85,9 @@ def test_a_curve_that_rises_at_its_end_and_a_busy_machine_are_told():
 def test_other_programs_are_noticed(tmp_path, monkeypatch):
     """Of 100 s on two processors both were busy; this process used 60 s of the 200."""
     stat, used = tmp_path / "stat", [0.0, 0.0]
-    monkeypatch.setattr("brushgs.measure.bench.measure.STAT", stat)
+    monkeypatch.setattr("brushgs.measure.bench.run.STAT", stat)
     monkeypatch.setattr(
-        "brushgs.measure.bench.measure.os.times",
+        "brushgs.measure.bench.run.os.times",
         lambda: SimpleNamespace(user=used[0], system=0, children_user=0, children_system=0, elapsed=used[1]),
     )
     per_second = os.sysconf("SC_CLK_TCK")

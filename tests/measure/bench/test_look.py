@@ -15,7 +15,7 @@ from brushgs.measure.bench.look_subject import (
     has_look,
     num_views_of,
 )
-from brushgs.measure.bench.measure import measure
+from brushgs.measure.bench.run import measure
 from brushgs.measure.bench.verify import WrongPictureError
 from brushgs.options.choices import LOOKS
 from brushgs.options.experiments import BenchConfig

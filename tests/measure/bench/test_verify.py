@@ -7,7 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.core.threads import num_threads_or_default
-from brushgs.measure.bench import families, measure, subject
+from brushgs.measure.bench import families, run, subject
 from brushgs.measure.bench.supersample import FACTOR, supersampled
 from brushgs.measure.bench.verify import (
     DOUBLE,
@@ -117,7 +117,7 @@ def test_a_renderer_that_paints_wrongly_ends_every_family(tmp_path, monkeypatch,
     monkeypatch.setattr(subject, "render_with", wrong)
     monkeypatch.setattr(families, "render_with", wrong)
     with pytest.raises(WrongPictureError):
-        measure.measure(subject_of(tmp_path, (name,)), Report())
+        run.measure(subject_of(tmp_path, (name,)), Report())
 
 
 def test_a_kernel_that_stops_at_another_light_ends_the_family_of_precision(tmp_path, monkeypatch):
@@ -127,7 +127,7 @@ def test_a_kernel_that_stops_at_another_light_ends_the_family_of_precision(tmp_p
 
     monkeypatch.setattr(families, "render_with", wrong)
     with pytest.raises(WrongPictureError, match="precision float32, stop at 1e-01"):
-        measure.measure(subject_of(tmp_path, ("precision",)), Report())
+        run.measure(subject_of(tmp_path, ("precision",)), Report())
 
 
 def test_a_truth_that_is_wrong_is_named(tmp_path, monkeypatch):
@@ -136,7 +136,7 @@ def test_a_truth_that_is_wrong_is_named(tmp_path, monkeypatch):
 
     monkeypatch.setattr(families, "supersampled", wrong)
     with pytest.raises(WrongPictureError, match="filter, the supersampled truth"):
-        measure.measure(subject_of(tmp_path, ("filter",)), Report())
+        run.measure(subject_of(tmp_path, ("filter",)), Report())
 
 
 def test_a_frame_that_changes_between_runs_ends_the_bench(tmp_path, monkeypatch):
@@ -149,7 +149,7 @@ def test_a_frame_that_changes_between_runs_ends_the_bench(tmp_path, monkeypatch)
 
     monkeypatch.setattr(subject, "render_with", fickle)
     with pytest.raises(WrongPictureError, match=r"gave another result when it ran again: (rgb|alpha)"):
-        measure.measure(subject_of(tmp_path, ("strokes",)), Report())
+        run.measure(subject_of(tmp_path, ("strokes",)), Report())
 
 
 def test_supersampling_is_the_mean_of_many_samples_whatever_the_strips():

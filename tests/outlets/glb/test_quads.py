@@ -13,9 +13,8 @@ import brushgs as bg
 from brushgs.brushes.texture import Tint
 from brushgs.formats.gltf_file import GlbWriter
 from brushgs.outlets.glb.atlas import GAP, Atlas
-from brushgs.outlets.glb.gltf import upright
 from brushgs.outlets.glb.shape import lying
-from brushgs.outlets.glb.write import write_quads
+from brushgs.outlets.glb.write import upright, write_quads
 from brushgs.outlets.page.view import PageView
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.underpaint import Underpaint

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from brushgs.passes.motion.bodies import rigid_motions
+from brushgs.passes.motion.rows import rigid_motions
 from brushgs.values.quats import conjugates, quat_products
 
 ONE = np.array([[1.0, 0, 0, 0]])

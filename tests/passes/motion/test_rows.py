@@ -122,7 +122,7 @@ def test_degenerate_members_give_finite_motions():
 
 
 def test_blocks_of_strokes_give_the_same_bits(monkeypatch):
-    from brushgs.passes.motion import bodies, rows
+    from brushgs.passes.motion import rows
 
     body = blob(200)
     rng = np.random.default_rng(0)
@@ -133,7 +133,7 @@ def test_blocks_of_strokes_give_the_same_bits(monkeypatch):
         return replace(body, means=body.means + time * speeds, opacities=body.opacities * (time <= lives))
 
     _, whole = followed(clip(at), np.arange(200) % 30)
-    monkeypatch.setattr(bodies, "MEMBERS_AT_A_TIME", 16)
+    monkeypatch.setattr(rows, "MEMBERS_AT_A_TIME", 16)
     monkeypatch.setattr(rows, "NUMBERS_AT_A_TIME", 500)
     _, parts = followed(clip(at), np.arange(200) % 30)
     np.testing.assert_array_equal(whole.table, parts.table)
