@@ -6,9 +6,8 @@ Each check returns findings (see `findings`); thresholds state the figures of re
 `cure` applies the findings.
 """
 
-from brushgs.doctor.cure import cure
 from brushgs.doctor.examination import Examination, examine, examine_file
 from brushgs.doctor.findings import Finding
-from brushgs.doctor.run import DoctorReport, run_doctor
+from brushgs.doctor.run import DoctorReport, cure, run_doctor
 
 __all__ = ["DoctorReport", "Examination", "Finding", "cure", "examine", "examine_file", "run_doctor"]

@@ -3,10 +3,11 @@
 import json
 import sys
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from brushgs.doctor.cure import cure
+import numpy as np
+
 from brushgs.doctor.examination import Examination, examine_file
 from brushgs.doctor.findings import Finding
 from brushgs.formats.registry import SCENE_SUFFIXES
@@ -16,6 +17,8 @@ from brushgs.pipeline.outputs import check_output, scene_inputs
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.strokes import name_of, write_scene
 from brushgs.pipeline.views import default_first_view
+from brushgs.values.gaussians import Gaussians
+from brushgs.values.quats import normalized
 from brushgs.version import __version__
 
 SCHEMA = 1  # version of the JSON; increases when a field changes its meaning
@@ -135,3 +138,33 @@ def _rows(finding: Finding) -> str:
         return ""
     share = f"{100 * finding.share:.2g}" if finding.share < 1 else "all"
     return f", {finding.count:,} rows ({share}{' %' * (finding.share < 1)})"
+
+
+# The cured scene: correctly decoded, without rows and SH bands dropped by findings.
+
+
+def cure(examination: Examination) -> Gaussians:
+    """Apply the cures of all findings.
+
+    All other numbers keep their exact values, in the order of the file.
+
+    Args:
+        examination: the examination of a file.
+
+    Returns:
+        At least one Gaussian: no finding drops all of the scene.
+    """
+    gaussians, findings = examination.gaussians, {f.name: f for f in examination.findings}
+    keeps = np.ones(len(gaussians), bool)
+    for finding in findings.values():
+        if finding.rows is not None:
+            keeps &= ~finding.rows
+    assert keeps.any(), "each finding keeps half of what earlier ones keep"
+    if not keeps.all():
+        gaussians = gaussians.take(keeps)
+    quats, sh = gaussians.quats, gaussians.sh
+    if "unnormalised-quaternions" in findings:
+        quats = normalized(quats).astype(quats.dtype)
+    if "empty-sh-bands" in findings:
+        sh = sh[:, : findings["empty-sh-bands"].facts["terms"]]
+    return replace(gaussians, quats=quats, sh=sh)

@@ -16,9 +16,8 @@ from brushgs.errors import SceneError
 from brushgs.formats.files import is_dir
 from brushgs.options.choices import StyleLoss
 from brushgs.passes.color.recolor import Palette
-from brushgs.refine.distil import FREE_ASPECT, ROUNDNESS
+from brushgs.refine.distil import FREE_ASPECT, ROUNDNESS, color_distance, roundness, total_variation
 from brushgs.refine.fit import Drawing, Fit, FitSchedule, LossCurve, no_progress
-from brushgs.refine.losses import color_distance, roundness, total_variation
 from brushgs.refine.nnfm import Features, GramStyle, NearestStyle, Style, style_gradient
 from brushgs.refine.targets import TargetView
 from brushgs.refine.variables import Rates, Variables

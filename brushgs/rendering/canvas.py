@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.rigs import Rig
     from brushgs.rendering.sheets import SheetMaker
     from brushgs.rendering.surface import Surface
-    from brushgs.values.sheets import Sheet
+    from brushgs.values.frame import Sheet
 
 CARRIED = 0.5  # share of the height below that shows through a coat, such as threads of canvas
 CARRIED_MOVING = 0.0  # the same while the camera moves, see `Painting.is_moving`

@@ -12,10 +12,9 @@ from brushgs.rendering.marks import LaidCoat, Marks
 from brushgs.rendering.mattes import MatteMaker, by_brush, by_layer, by_region, by_stroke, rest_name
 from brushgs.rendering.places import PixelMaps, dominant_marks, motion_maps, uv_maps
 from brushgs.values.arrays import Array
-from brushgs.values.frame import Frame
+from brushgs.values.frame import Frame, Sheet
 from brushgs.values.layers import Layer
 from brushgs.values.quats import rotation_matrices
-from brushgs.values.sheets import Sheet
 
 if TYPE_CHECKING:
     from brushgs.rendering.wanted import Following, Wanted

@@ -14,8 +14,7 @@ import numpy as np
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.deep import Lighting, Rest
 from brushgs.values.arrays import Array
-from brushgs.values.frame import Frame
-from brushgs.values.sheets import LEAST, Sheet
+from brushgs.values.frame import LEAST, Frame, Sheet
 
 _TINY = 1e-6
 _PARTS = {"strokes": "subject", "backdrop": "stage", "cutting in": "stage: cutting in", "lines": "lines"}

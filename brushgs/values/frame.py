@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -14,7 +14,30 @@ from brushgs.values.layers import DeepSamples, Layer, Matte
 from brushgs.values.part import Part
 from brushgs.values.paths import Paths
 from brushgs.values.png import png_bytes
-from brushgs.values.sheets import Sheet
+
+# Layers of a painting for painting programs, each composited on those below it.
+
+
+LEAST = 0.5 / 255  # least alpha or light that 8 bits can represent
+Mix = Literal["src-over", "multiply", "color-dodge", "plus"]  # names of SVG, without the prefix
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """One layer.
+
+    Attributes:
+        name: of the layer.
+        rgb: [H, W, 3] color premultiplied by alpha, display-encoded.
+        alpha: [H, W] 0 to 1.
+        mix: blend mode on the layers below. Source: W3C, Compositing and Blending Level 1.
+    """
+
+    name: str
+    rgb: Array  # [H, W, 3]
+    alpha: Array  # [H, W]
+    mix: Mix = "src-over"
+
 
 _SHOWN_SIDE = 1024  # pixels: notebooks store what they show, and their columns are about this wide
 

@@ -11,7 +11,7 @@ import brushgs as bg
 from brushgs.formats.pictures.images import read_image
 from brushgs.measure.stability import report_stability
 from brushgs.measure.stability.look_painters import behind, is_bare, main_coat
-from brushgs.measure.stability.schedule import FrameSchedule
+from brushgs.measure.stability.measure import FrameSchedule
 from brushgs.measure.warp import View
 from brushgs.options.clip import ClipConfig
 from brushgs.options.experiments import StabilityConfig

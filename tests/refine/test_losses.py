@@ -5,7 +5,7 @@ import pytest
 
 torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
-from brushgs.refine.losses import (  # noqa: E402
+from brushgs.refine.distil import (  # noqa: E402
     color_distance,
     roundness,
     total_variation,

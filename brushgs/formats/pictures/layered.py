@@ -19,8 +19,7 @@ from brushgs.formats.pictures.images import MAX_PIXELS, check_pixels, encode_fra
 from brushgs.formats.pictures.oiio import Background
 from brushgs.formats.zip_file import open_zip, read_member
 from brushgs.values.arrays import F32, F64, Array
-from brushgs.values.frame import Frame
-from brushgs.values.sheets import LEAST, Sheet
+from brushgs.values.frame import LEAST, Frame, Sheet
 from brushgs.values.shot import Shot
 
 MIME = "image/openraster"

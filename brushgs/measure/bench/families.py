@@ -10,10 +10,10 @@ from typing import Any, get_args
 
 import numpy as np
 
+from brushgs.brushes.brush_set import Brushes
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.bench.figures import Verified
 from brushgs.measure.bench.subject import Subject, with_size
-from brushgs.measure.bench.supersample import FACTOR, supersampled
 from brushgs.measure.bench.timing import TimedRun
 from brushgs.measure.bench.verify import (
     busiest_square,
@@ -29,8 +29,11 @@ from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.rendering import reference
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.options import project_with, render_with
+from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.underpaint import Underpaint
 from brushgs.stroke_count.view_model import KERNEL
 from brushgs.values.arrays import Array
+from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
@@ -356,3 +359,49 @@ def resized(picture: Array, camera: Camera) -> Array:
     source = oiio.ImageBuf(np.ascontiguousarray(picture, dtype=np.float32))
     result = oiio.ImageBufAlgo.resize(source, "triangle", 0.0, roi)
     return np.asarray(result.get_pixels(oiio.FLOAT))
+
+
+# The truth of the texture filters: the same boxes with many samples per pixel.
+
+
+FACTOR = 8  # samples per pixel along each side
+STRIP = 32  # rows of the picture at a time: 8 x 8 samples of a whole picture take gigabytes
+
+
+def supersampled(
+    boxes: Boxes,
+    texture: Brushes,
+    *,
+    height: int,
+    width: int,
+    underpaint: Underpaint | None = None,
+    streaks: float = 0.0,
+    num_threads: int | None = None,
+) -> Frame:
+    """The mean of 8 x 8 bilinear samples per pixel, premultiplied, in the dtype of the boxes.
+
+    The boxes are only enlarged: they keep the low-pass of the small picture.
+    """
+    rgb, alpha = [], []
+    large = replace(boxes, centers=FACTOR * boxes.centers, half_extents=FACTOR * boxes.half_extents)
+    reach = np.hypot(*large.half_extents.T) * (1.0 if underpaint is None else max(1.0, underpaint.reach))
+    for top in range(0, height, STRIP):
+        rows = min(STRIP, height - top)
+        y = large.centers[:, 1] - FACTOR * top
+        is_near = (y + reach > 0) & (y - reach < FACTOR * rows)
+        strip = replace(large, centers=np.stack([large.centers[:, 0], y], axis=1)).take(is_near)
+        frame = rasterize(
+            strip,
+            texture,
+            height=FACTOR * rows,
+            width=FACTOR * width,
+            filter="bilinear",
+            depth=False,
+            underpaint=underpaint,
+            streaks=streaks,
+            num_threads=num_threads,
+        )
+        blocks = rows, FACTOR, width, FACTOR
+        rgb.append(frame.rgb.reshape(*blocks, 3).mean(axis=(1, 3)))
+        alpha.append(frame.alpha.reshape(blocks).mean(axis=(1, 3)))
+    return Frame(np.concatenate(rgb), np.concatenate(alpha))

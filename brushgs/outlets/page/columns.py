@@ -53,7 +53,7 @@ def coarse_to_fine(strokes: Gaussians) -> Rows:
     """[N] rows by descending paint: area of the two larger axes times opacity, ties by row.
 
     The first k cover more than any other k in any view, and small strokes only refine: so a share of the
-    strokes is a coarser painting. The order of growing paintings (`pipeline/growth/order.py`) hides gaps
+    strokes is a coarser painting. The order of growing paintings (`pipeline/growth/grow.py`) hides gaps
     better, but belongs to one view, and merges strokes for its start.
     """
     larger = np.sort(strokes.scales.astype(np.float64), axis=1)[:, 1:]

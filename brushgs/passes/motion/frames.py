@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.finest import finest_of
 from brushgs.passes.motion.carry import Carrier
-from brushgs.passes.motion.fade import FADE
 from brushgs.passes.motion.known import known_around
 from brushgs.passes.motion.matter import Matter, sums_by_label
 from brushgs.passes.motion.members import NOBODY
 from brushgs.passes.motion.poses import Film, Poses
-from brushgs.passes.motion.rows import align_signs, blocks, finish
+from brushgs.passes.motion.rows import FADE, align_signs, blocks, finish
 from brushgs.passes.motion.step import step_of
 from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.passes.reduce.worth import FAINT

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from brushgs.passes.groups import Groups
-from brushgs.passes.motion.fade import FADE, faded
 from brushgs.passes.motion.known import nearest_known
 from brushgs.passes.reduce.contribution import projected_areas
 from brushgs.passes.reduce.merge import covariances, principal_axes, stopped
@@ -30,6 +29,35 @@ from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 from brushgs.values.quats import conjugates, normalized, quat_products, rotation_matrices, turn_forms
 from brushgs.values.sh import C0
+
+# Fade strokes in and out: limit how fast opacity changes.
+
+
+FADE = 0.25  # seconds in which a stroke appears or disappears
+
+
+def faded(opacities: F32, times: F64, fade: float = FADE) -> F32:
+    """The smallest opacities not below the given ones that change by at most 1 in `fade` seconds.
+
+    Each is the maximum over all moments of (opacity there - distance in time / fade). New strokes appear
+    before the ones they replace vanish, so no gap opens between them.
+
+    Args:
+        opacities: [T, m] of m strokes at T moments, >= 0.
+        times: [T] seconds, ascending.
+        fade: seconds, >= 0; 0 returns the opacities as they are.
+    """
+    if not fade > 0:
+        return opacities
+    falls = (np.diff(times) / fade).astype(np.float32)
+    limited = opacities.copy()
+    # Distances in time add up over steps: one forward and one backward pass find the maximum.
+    for at in range(1, len(limited)):
+        np.maximum(limited[at], limited[at - 1] - falls[at - 1], out=limited[at])
+    for at in range(len(limited) - 2, -1, -1):
+        np.maximum(limited[at], limited[at + 1] - falls[at], out=limited[at])
+    return limited
+
 
 NUMBERS_AT_A_TIME = 1 << 22  # numbers of a table in memory while it is finished
 # A stroke rests if no part of it ever moves by more than this share of its second-longest axis, the visible

@@ -27,8 +27,7 @@ from brushgs.options.where_terms import (
     Mask as MaskTerm,
 )
 from brushgs.passes.reduce.contribution import paint_of
-from brushgs.passes.where.ground import Ground, height_depths
-from brushgs.passes.where.hull import in_hull, size_of
+from brushgs.passes.where.ground import Ground, height_depths, in_hull, size_of
 from brushgs.passes.where.masks import MaskView, mask_votes
 from brushgs.passes.where.parts import connected_parts
 from brushgs.values.arrays import F64, Array, Mask

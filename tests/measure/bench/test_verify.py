@@ -8,7 +8,7 @@ import pytest
 import brushgs as bg
 from brushgs.core.threads import num_threads_or_default
 from brushgs.measure.bench import families, run, subject
-from brushgs.measure.bench.supersample import FACTOR, supersampled
+from brushgs.measure.bench.families import FACTOR, supersampled
 from brushgs.measure.bench.verify import (
     DOUBLE,
     SINGLE,

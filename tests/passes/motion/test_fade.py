@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from brushgs.passes.motion.fade import FADE, faded
+from brushgs.passes.motion.rows import FADE, faded
 
 
 def test_it_is_the_largest_of_all_moments_less_the_distance_in_time():

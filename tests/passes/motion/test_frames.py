@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.motion.fade import FADE
 from brushgs.passes.motion.frames import carried, follow_frames
+from brushgs.passes.motion.rows import FADE
 from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.prune import prune
 from brushgs.rendering.motion import AT_REST, OPACITY, SHIFT, TURN

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from brushgs.passes.motion.canonical import canonical
-from brushgs.passes.motion.fade import FADE
-from brushgs.passes.motion.rows import follow_rows
+from brushgs.passes.motion.rows import FADE, follow_rows
 from brushgs.passes.reduce.merge import merge_clusters
 from tests.kit.for_each import for_each
 from tests.passes.motion.scenes import blob, clip, joined, moved, turn
