@@ -2,11 +2,17 @@
 #include "bindings.hpp"
 
 #include "brushgs/blending.hpp"
+#include "brushgs/broken_color.hpp"
 #include "brushgs/coats.hpp"
 #include "brushgs/coverage.hpp"
 #include "brushgs/cpu.hpp"
+#include "brushgs/equal_rows.hpp"
 #include "brushgs/extent.hpp"
 #include "brushgs/features.hpp"
+#include "brushgs/finish.hpp"
+#include "brushgs/floaters.hpp"
+#include "brushgs/fragment_layers.hpp"
+#include "brushgs/fragments.hpp"
 #include "brushgs/frame_pool.hpp"
 #include "brushgs/light.hpp"
 #include "brushgs/lloyd.hpp"
@@ -15,8 +21,18 @@
 #include "brushgs/project.hpp"
 #include "brushgs/prune.hpp"
 #include "brushgs/raster.hpp"
+#include "brushgs/raster_backward.hpp"
+#include "brushgs/solid.hpp"
+#include "brushgs/streamlines.hpp"
+#include "brushgs/stroke_levels.hpp"
+#include "brushgs/trace.hpp"
 #include "brushgs/track.hpp"
 #include "brushgs/visible_shares.hpp"
+#include "brushgs/wet.hpp"
+#include "brushgs/worth.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
 
 #if defined(__clang__)
 #define BRUSHGS_COMPILER "Clang " __clang_version__
@@ -118,6 +134,96 @@ nb::object cluster_weights(In<double, 1> contributions, In<double, 1> detail) {
     return row(weights, count);
 }
 
+void hash_rows(In<float, 2> columns, std::size_t place, Out<std::uint64_t, 1> hashes) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::hash_rows(columns.data(), columns.shape(0), columns.shape(1), place, hashes.data());
+}
+
+auto chances(In<std::uint64_t, 1> hashes, std::uint64_t seed, std::uint64_t draw) {
+    std::vector<double> found(hashes.shape(0));
+    std::transform(hashes.data(), hashes.data() + hashes.shape(0), found.begin(),
+                   [=](std::uint64_t hash) { return brushgs::chance(hash, seed, draw); });
+    return to_array(std::move(found));
+}
+
+nb::tuple group_equal(In<std::uint64_t, 1> hashes, int num_threads) {
+    brushgs::EqualRows found;
+    {
+        const nb::gil_scoped_release without_gil;
+        found = brushgs::group_equal(hashes.data(), hashes.shape(0), num_threads);
+    }
+    return nb::make_tuple(to_array(std::move(found.first)), to_array(std::move(found.groups)));
+}
+
+auto late_copies(In<std::int64_t, 1> groups) {
+    const std::vector<std::int64_t> some(groups.data(), groups.data() + groups.shape(0));
+    return to_array(std::move(brushgs::late_copies(some).rows));
+}
+
+nb::tuple level_of(brushgs::FloaterLevel&& level) {
+    return nb::make_tuple(to_array(std::move(level.rows)), level.share, level.nearest, level.is_seen);
+}
+
+template <class T>
+nb::tuple find_floaters(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<std::int64_t, 1> first,
+                        In<std::int64_t, 1> groups, int num_threads) {
+    const brushgs::FloaterQuery<T> query{means.data(),     quats.data(),   scales.data(),
+                                         opacities.data(), means.shape(0), num_threads};
+    brushgs::Floaters found;
+    {
+        const nb::gil_scoped_release without_gil;
+        found = brushgs::find_floaters(query, {first.data(), first.data() + first.shape(0)},
+                                       {groups.data(), groups.data() + groups.shape(0)});
+    }
+    return nb::make_tuple(level_of(std::move(found.sure)), level_of(std::move(found.strong)), found.has_bodies,
+                          found.is_haze);
+}
+
+template <class T>
+brushgs::StrokeQuery<T> strokes_of(const In<T, 2>& means, const In<T, 2>& quats, const In<T, 2>& scales,
+                                   const In<T, 1>& opacities, double finest, int num_threads) {
+    return {means.data(), quats.data(), scales.data(), opacities.data(), means.shape(0), finest, num_threads};
+}
+
+template <class T>
+auto worth_keeping(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, double finest,
+                   int num_threads) {
+    std::vector<std::uint8_t> kept;
+    {
+        const nb::gil_scoped_release without_gil;
+        kept = brushgs::worth_keeping(strokes_of(means, quats, scales, opacities, finest, num_threads));
+    }
+    return to_array(std::move(kept));
+}
+
+template <class T>
+void make_solid(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, double finest, double strength,
+                int num_threads, Out<T, 2> solid_scales, Out<T, 1> solid_opacities) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::make_solid(strokes_of(means, quats, scales, opacities, finest, num_threads), strength, solid_scales.data(),
+                        solid_opacities.data());
+}
+
+template <class T>
+void break_colors(In<T, 2> means, In<T, 2> scales, In<T, 1> opacities, In<double, 2> cones_from_rgb,
+                  In<double, 2> lab_from_roots, double lightness, double chroma, double follows, std::uint64_t seed,
+                  int num_threads, Out<T, 3> sh) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::break_colors(brushgs::BrokenColor<T>{.means = means.data(),
+                                                  .scales = scales.data(),
+                                                  .opacities = opacities.data(),
+                                                  .count = means.shape(0),
+                                                  .sh_terms = sh.shape(1),
+                                                  .cones_from_rgb = cones_from_rgb.data(),
+                                                  .lab_from_roots = lab_from_roots.data(),
+                                                  .lightness = lightness,
+                                                  .chroma = chroma,
+                                                  .follows = follows,
+                                                  .seed = seed,
+                                                  .num_threads = num_threads},
+                          sh.data());
+}
+
 nb::object spread_weights(In<double, 1> weights, In<double, 2> places, int num_threads) {
     const std::size_t count = weights.shape(0);
     auto ranked = brushgs::make_buffer<double>(count);
@@ -181,6 +287,23 @@ void def_scenes(nb::module_& m) {
           "visible"_a.noconvert(), "labels"_a.noconvert(), "overlap"_a, "closes_gaps"_a, "finest"_a, "num_threads"_a,
           "merged"_a.noconvert(),
           "Write the Gaussian of each label: means, quats, scales, opacities and sh, see merge.hpp.");
+    m.def("break_colors", &break_colors<T>, nb::kw_only(), "means"_a.noconvert(), "scales"_a.noconvert(),
+          "opacities"_a.noconvert(), "cones_from_rgb"_a.noconvert(), "lab_from_roots"_a.noconvert(), "lightness"_a,
+          "chroma"_a, "follows"_a, "seed"_a, "num_threads"_a, "sh"_a.noconvert(),
+          "Shift the base colors in sh [k, terms, 3] of strokes, see broken_color.hpp.");
+    m.def("find_floaters", &find_floaters<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "first"_a.noconvert(), "groups"_a.noconvert(),
+          "num_threads"_a,
+          "The sure and the strong level of floaters among Gaussians in groups at one place, whether the scene has "
+          "bodies, and whether it is haze. A level is a mask [N] uint8, a share, a gap and whether it is seen; see "
+          "floaters.hpp.");
+    m.def("worth_keeping", &worth_keeping<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "finest"_a, "num_threads"_a,
+          "A mask [k] uint8 of the strokes that are worth keeping, see worth.hpp.");
+    m.def("make_solid", &make_solid<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "finest"_a, "strength"_a, "num_threads"_a,
+          "solid_scales"_a.noconvert(), "solid_opacities"_a.noconvert(),
+          "Write the scales and opacities of solid strokes, see solid.hpp.");
 }
 
 }  // namespace
@@ -241,6 +364,24 @@ NB_MODULE(_core, m) {
     def_scenes<double>(m);
     m.def("cluster_weights", &cluster_weights, "contributions"_a.noconvert(), "detail"_a.noconvert(),
           "Weights [N] in k-means by contributions [N] and detail [N] of color, see features.hpp.");
+    m.def("principal_axes", &principal_axes, "covariances"_a.noconvert(), "num_threads"_a,
+          "Standard deviations [N, 3], ascending, and axes [N, 3, 3], as columns, of covariances; see moments.hpp.");
+    m.def("cover", &cover, nb::kw_only(), "means"_a.noconvert(), "scales"_a.noconvert(), "axes"_a.noconvert(),
+          "opacities"_a.noconvert(), "rows"_a.noconvert(), "neighbors"_a.noconvert(), "num_touching"_a, "touch"_a,
+          "num_threads"_a,
+          "For these rows [n] of strokes with these neighbors [n, m], the light that passes them, how many of the "
+          "first neighbors touch, and the sum of the cosines between normals, [n] each. See coverage.hpp.");
+    m.def("hash_rows", &hash_rows, "columns"_a.noconvert(), "place"_a, "hashes"_a.noconvert(),
+          "Add columns [N, w] to the hashes [N] of rows, `place` on; see equal_rows.hpp.");
+    m.def("chances", &chances, "hashes"_a.noconvert(), "seed"_a, "draw"_a,
+          "Uniform random numbers [N] in [0, 1) for rows of these hashes.");
+    m.def("group_equal", &group_equal, "hashes"_a.noconvert(), "num_threads"_a,
+          "The first row of each group of equal rows, ascending, and the group of each row [N].");
+    m.def("late_copies", &late_copies, "groups"_a.noconvert(),
+          "A mask [N] uint8 of rows after the first MOST_COPIES of their group.");
+    m.attr("FAINT_SCENE") = brushgs::kFaintScene;
+    m.attr("FAINT_STROKE") = brushgs::kFaintStroke;
+    m.attr("MOST_COPIES") = brushgs::kMostCopies;
     m.def("spread_weights", &spread_weights, "weights"_a.noconvert(), "places"_a.noconvert(), "num_threads"_a,
           "The weights [N] times factors that vary along the curve of places [N, 3], see prune.hpp.");
     m.def("count_spare", &count_spare, "weights"_a.noconvert(), "ranked"_a.noconvert(), "num_threads"_a,

@@ -14,9 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.passes.finest import finest_of, seen_scales
-from brushgs.passes.form.coverage import Coverage
-from brushgs.passes.reduce.contribution import projected_areas
+from brushgs.core.native import core as _core
+from brushgs.passes.form.coverage import stroke_arguments
 from brushgs.values.gaussians import Gaussians
 
 STRENGTH = 1.0  # 0.7 is 0.1 dB better on koala and 0.1 worse on biker and skull, but less crisp
@@ -50,15 +49,9 @@ def solidify(strokes: Gaussians, strength: float = STRENGTH) -> Gaussians:
         raise ValueError(f"solidify: strength must be in [0, 1], got {strength:g}")
     if strength == 0 or len(strokes) == 0:
         return strokes
-    opacities = strokes.opacities.astype(np.float64)
-    stopped = 1 - (1 - opacities) * Coverage.of(strokes).passed(opacities)
-    gains = 1 + strength * stopped * (1 - opacities)  # of opacity; at most 2
     dtype = strokes.means.dtype
-    scales = strokes.scales / np.sqrt(gains)[:, None]
-    finest = finest_of(strokes)
-    before, after = seen_scales(strokes.scales, finest), seen_scales(scales, finest)
-    rows = np.flatnonzero((after != scales).any(axis=1))  # a line gets shorter, but not thinner
-    gains[rows] = projected_areas(before[rows]) / projected_areas(after[rows])
-    return replace(
-        strokes, scales=scales.astype(dtype), opacities=np.minimum(opacities * gains, 1).astype(dtype)
+    scales, opacities = np.empty((len(strokes), 3), dtype), np.empty(len(strokes), dtype)
+    _core.make_solid(
+        **stroke_arguments(strokes), strength=strength, solid_scales=scales, solid_opacities=opacities
     )
+    return replace(strokes, scales=scales, opacities=opacities)

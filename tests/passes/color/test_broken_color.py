@@ -2,11 +2,20 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.color.broken_color import ACROSS, ALONG, CHROMA, LIGHTNESS
+from brushgs.passes.color.broken_color import CHROMA, LIGHTNESS
 from brushgs.passes.form.coverage import nearest_others
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from tests.kit.for_each import for_each
-from tests.passes.scenes import assert_same, colors_of, random_gaussians, replaced, with_colors
+from tests.passes.color import broken_color_twin as twin
+from tests.passes.color.broken_color_twin import ACROSS, ALONG
+from tests.passes.scenes import (
+    assert_same,
+    colors_of,
+    random_gaussians,
+    replaced,
+    strange_strokes,
+    with_colors,
+)
 
 
 def colored(num, rgb):
@@ -78,3 +87,19 @@ def test_pure_colors_stay_and_nothing_is_clipped(rgb):
 def test_options_out_of_range(options, error):
     with pytest.raises(error):
         bg.break_colors(random_gaussians(3), **options)
+
+
+@for_each("name", strange_strokes())
+@for_each("dtype", [np.float32, np.float64])
+@for_each("follows", [0.0, 0.6])
+def test_broken_colors_are_those_of_the_twin(name, dtype, follows):
+    strokes = strange_strokes()[name].astype(dtype)
+    if not len(strokes):
+        return
+    broken = bg.break_colors(strokes, 0.05, 0.03, follows=follows, seed=7)
+    before, after = twin.base_colors(strokes, 0.05, 0.03, follows, 7)
+    np.testing.assert_array_equal(broken.sh[:, 1:], strokes.sh[:, 1:])
+    # Where both directions just fit, rounding decides about the last of the bisections, 1/256 of a shift.
+    off = np.abs(colors_of(broken) - after).max(axis=1) > 1e-6
+    assert off.mean() <= 0.05
+    assert (np.abs(colors_of(broken) - after) <= np.abs(after - before).max() / 100 + 1e-6).all()

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.form.coverage import Coverage
 from tests.passes.scenes import gaussians_at, grid
 
 
@@ -41,14 +40,3 @@ def test_haze_stays_haze_and_opaque_strokes_stay_as_they_are():
     solid = bg.solidify(opaque)
     np.testing.assert_array_equal(solid.scales, opaque.scales)
     np.testing.assert_array_equal(solid.opacities, opaque.opacities)
-
-
-def test_light_passes_by_what_is_alone_and_not_through_what_is_covered():
-    strokes = joined(layer(opacity=1.0, size=1.0), layer(1, opacity=0.5, z=0.01))
-    around = Coverage.of(strokes)
-    assert around.passed(strokes.opacities)[-1] == 0  # at the corner of the lattice, in front of a stroke
-    assert Coverage.of(layer(1)).passed(np.ones(1)) == 1
-    deep = Coverage.of(joined(*(layer(2, opacity=0.1, size=9.0, z=1e-3 * k) for k in range(20))))
-    few, many = (deep.passed(np.full(80, 0.1), np.arange(1), num_others=n)[0] for n in (16, 128))
-    assert many == pytest.approx(0.9**79, rel=0.6)
-    assert few == pytest.approx(0.9**16, rel=0.1)

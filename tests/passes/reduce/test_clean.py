@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.reduce.clean import MOST_COPIES, find_floaters
+from brushgs.core.native import core as _core
+from brushgs.passes.reduce.clean import find_floaters
 from tests.doctor.scenes import ball
 from tests.kit.for_each import for_each
 from tests.passes.reduce.test_floaters import blobs, joined
@@ -62,7 +63,7 @@ def test_rows_that_repeat_others_until_no_picture_shows_them_are_dropped():
     rows = np.concatenate([np.arange(len(scene)), np.full(6000, 7)])
     repeated = faint.take(np.random.default_rng(0).permutation(rows))
     cleaned = bg.clean(repeated)
-    assert len(cleaned) == len(scene) - 1 + MOST_COPIES
+    assert len(cleaned) == len(scene) - 1 + _core.MOST_COPIES
     camera = bg.frame_scene(faint, width=96, height=64)
     before, after = (bg.render(one, camera, "gaussian") for one in (repeated, cleaned))
     np.testing.assert_array_equal(before.rgb, after.rgb)

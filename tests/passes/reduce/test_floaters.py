@@ -7,7 +7,7 @@ import pytest
 
 import brushgs as bg
 from brushgs.doctor import cure, examine_file
-from brushgs.passes.reduce.floaters import SURE_GAP, measure_detachment
+from brushgs.passes.reduce.clean import find_floaters
 from tests.doctor import plant
 from tests.doctor.scenes import ball, fruit, scaled
 from tests.passes.scenes import gaussians_at
@@ -22,7 +22,7 @@ def blobs(places: object, size: object = 0.05, opacity: float = 0.8) -> bg.Gauss
 
 
 def is_apart(scene: bg.Gaussians) -> np.ndarray:
-    return measure_detachment(scene).beyond(SURE_GAP)
+    return find_floaters(scene).sure.rows
 
 
 @pytest.mark.parametrize(("share", "unit"), [(0.01, 1e3), (0.05, 1e-3)])

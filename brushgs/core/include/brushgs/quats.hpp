@@ -23,4 +23,12 @@ std::array<double, 4> unit_quat(const T* quat) {
     return unit;
 }
 
+// The rotation [3, 3] of a quaternion of length 1: columns are the turned axes.
+inline std::array<double, 9> rotation_of(const std::array<double, 4>& quat) {
+    const auto [w, x, y, z] = quat;
+    return {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
+            2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+            2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y)};
+}
+
 }  // namespace brushgs
