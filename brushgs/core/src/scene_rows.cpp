@@ -465,7 +465,28 @@ void drop_zero_bands(SceneColumns& out) {
     out.sh_terms = used;
 }
 
+std::vector<float> taken_from(const std::vector<float>& column, std::size_t width,
+                              const std::vector<std::uint32_t>& rows) {
+    std::vector<float> some;
+    some.reserve(width * rows.size());
+    for (const std::uint32_t row : rows) {
+        const auto first = column.begin() + static_cast<std::ptrdiff_t>(width * row);
+        some.insert(some.end(), first, first + static_cast<std::ptrdiff_t>(width));
+    }
+    return some;
+}
+
 }  // namespace
+
+GaussianColumns taken(const GaussianColumns& gaussians, const std::vector<std::uint32_t>& rows) {
+    return {taken_from(gaussians.means, 3, rows),
+            taken_from(gaussians.quats, 4, rows),
+            taken_from(gaussians.scales, 3, rows),
+            taken_from(gaussians.opacities, 1, rows),
+            taken_from(gaussians.sh, 3 * gaussians.sh_terms, rows),
+            rows.size(),
+            gaussians.sh_terms};
+}
 
 SceneColumns read_scene_rows(std::string_view bytes, bool is_named_splat) {
     SceneColumns out;

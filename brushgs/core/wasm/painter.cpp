@@ -18,7 +18,8 @@ namespace {
 
 constexpr auto kLeastAlpha = static_cast<float>(brushgs::kMinAlpha);
 
-brushgs::SceneColumns scene;
+brushgs::SceneColumns scene;  // without floaters
+std::size_t num_read;
 brushgs::Extent extent;
 brushgs::GaussianColumns strokes;
 
@@ -27,16 +28,6 @@ double paint_of(std::size_t row) {
     for (std::size_t i = 0; i < 3; ++i) scales[i] = static_cast<double>(strokes.scales[3 * row + i]);
     std::ranges::sort(scales);
     return scales[1] * scales[2] * static_cast<double>(strokes.opacities[row]);
-}
-
-void take(std::vector<float>& column, std::size_t width, const std::vector<std::uint32_t>& rows) {
-    std::vector<float> taken;
-    taken.reserve(width * rows.size());
-    for (const std::uint32_t row : rows) {
-        taken.insert(taken.end(), column.begin() + static_cast<std::ptrdiff_t>(width * row),
-                     column.begin() + static_cast<std::ptrdiff_t>(width * (row + 1)));
-    }
-    column = std::move(taken);
 }
 
 // The strokes as a page holds them (brushgs/outlets/page/contents.py): those with most paint first, relative to the
@@ -48,12 +39,7 @@ void arrange() {
     std::iota(rows.begin(), rows.end(), 0U);
     std::ranges::stable_sort(rows, [&](std::uint32_t a, std::uint32_t b) { return paint[a] > paint[b]; });
     std::erase_if(rows, [](std::uint32_t row) { return strokes.opacities[row] < kLeastAlpha; });
-    take(strokes.means, 3, rows);
-    take(strokes.quats, 4, rows);
-    take(strokes.scales, 3, rows);
-    take(strokes.opacities, 1, rows);
-    take(strokes.sh, 3 * strokes.sh_terms, rows);
-    strokes.count = rows.size();
+    strokes = brushgs::taken(strokes, rows);
     for (std::size_t i = 0; i < strokes.means.size(); ++i) {
         strokes.means[i] = static_cast<float>(static_cast<double>(strokes.means[i]) - extent.center[i % 3]);
     }
@@ -74,13 +60,15 @@ BRUSHGS_EXPORT(read) bool read(const char* bytes, std::size_t size, bool is_name
     strokes = {};
     scene = brushgs::read_scene_rows({bytes, size}, is_named_splat);
     if (!scene.fault.empty()) return false;
+    num_read = scene.count;
+    brushgs::clean_scene(scene);
     extent = brushgs::robust_extent(scene.means.data(), scene.count, 1);
     return true;
 }
 
 BRUSHGS_EXPORT(fault) const char* fault() { return scene.fault.c_str(); }
 BRUSHGS_EXPORT(fault_size) std::size_t fault_size() { return scene.fault.size(); }
-BRUSHGS_EXPORT(num_gaussians) std::size_t num_gaussians() { return scene.count; }
+BRUSHGS_EXPORT(num_gaussians) std::size_t num_gaussians() { return num_read; }
 BRUSHGS_EXPORT(num_dropped) std::size_t num_dropped() { return scene.num_dropped; }
 BRUSHGS_EXPORT(is_antialiased) bool is_antialiased() { return scene.is_antialiased; }
 BRUSHGS_EXPORT(scene_extent) const double* scene_extent() { return extent.center; }  // and the radius after it
@@ -98,9 +86,20 @@ BRUSHGS_EXPORT(reach) void reach(double* view) {
 // `finest` on, and the draws.
 BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* numbers) {
     strokes = {};
-    strokes = brushgs::strokes_of_scene(
-        scene, extent, {num_strokes, numbers[0], numbers[1], numbers[2], numbers[3], numbers[4], numbers + 5},
-        tell_page);
+    const brushgs::StrokeOptions options{.num_strokes = num_strokes,
+                                         .finest = numbers[0],
+                                         .color_weight = numbers[1],
+                                         .num_steps = numbers[2],
+                                         .gain = numbers[3],
+                                         .overlap = numbers[4],
+                                         .keep = numbers[5],
+                                         .solid = numbers[6],
+                                         .lightness = numbers[7],
+                                         .chroma = numbers[8],
+                                         .cones_from_rgb = numbers + 9,
+                                         .lab_from_roots = numbers + 18,
+                                         .draws = numbers + 27};
+    strokes = brushgs::strokes_of_scene(scene, extent, options, tell_page);
     arrange();
 }
 

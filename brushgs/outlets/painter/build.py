@@ -20,6 +20,8 @@ SOURCES = (
         f"src/{name}.cpp"
         for name in (
             *("scene_rows", "scene_strokes", "extent", "visible_shares", "light_along", "features"),
+            *("equal_rows", "floaters", "components", "prune"),
+            *("surroundings", "worth", "solid", "broken_color"),
             *("lloyd", "nearest", "reassign", "merge", "gaps", "coverage", "moments", "groups", "key_order"),
         )
     ),

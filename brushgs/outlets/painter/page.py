@@ -1,7 +1,13 @@
 """`brushgs painter`: write a page that paints scene files dropped on it.
 
 The page is that of `brushgs export` with a module in place of strokes. What its worker makes of a scene is
-`bg.cluster(bg.load(scene), strokes)`, shown as by `bg.save(strokes, "page.html", texture="flat",
+in Python, with k strokes,
+
+    kept = bg.prune(bg.clean(bg.load(scene)), at_least=k)
+    merged = bg.cluster(kept, k)
+    strokes = bg.break_colors(bg.solidify(merged.take(worth_keeping(merged))))
+
+shown as by `bg.save(strokes, "page.html", texture="flat",
 underpaint=True)` on toned linen.
 """
 
@@ -13,12 +19,15 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.cameras.framing import DEFAULT_FOV_Y
 from brushgs.formats.files import replacing
 from brushgs.options.page import PAGE_SUFFIXES
+from brushgs.options.painting import DEFAULT_KEEP
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import PageContents, page_contents
 from brushgs.outlets.page.html import page_html
 from brushgs.outlets.page.view import PageView
 from brushgs.outlets.painter.build import painter_module
+from brushgs.passes.color.broken_color import CHROMA, LIGHTNESS
 from brushgs.passes.finest import DISTANCE, usual_finest
+from brushgs.passes.form.solid import STRENGTH
 from brushgs.passes.reduce.features import COLOR_WEIGHT
 from brushgs.passes.reduce.lloyd import GAIN, NUM_STEPS
 from brushgs.passes.reduce.merge import OVERLAP
@@ -28,6 +37,7 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.surface import linen
 from brushgs.values.camera import Camera
+from brushgs.values.colors import CONES_FROM_RGB, OKLAB_FROM_ROOTS
 from brushgs.values.gaussians import Gaussians
 
 BRUSHES = ("flat", "filbert", "dab", "dry_brush", "palette_knife", "impasto", "fan", "swirl")
@@ -76,14 +86,19 @@ def painter_contents(module: bytes) -> PageContents:
     contents = page_contents(painting, camera, view=view, title=TITLE, command=("scene.ply", []))
     draws = np.random.default_rng(0).random(NUM_DRAWS)
     painter = {
-        # `StrokeOptions` of the core, the finest line in radii of the scene
-        "numbers": [usual_finest(1.0), COLOR_WEIGHT, NUM_STEPS, GAIN, OVERLAP, *draws.tolist()],
+        "numbers": [*_numbers(), *draws.tolist()],
         "distance": DISTANCE,
         "strokes": STROKES,
         "mostBytes": MOST_BYTES,
     }
     arrays = {**contents.arrays, "module": np.frombuffer(module, np.uint8)}
     return PageContents({**contents.header, "painter": painter}, arrays, contents.rows, contents.omitted)
+
+
+def _numbers() -> list[float]:
+    """`StrokeOptions` of the core from `finest`, in radii of the scene, up to the draws."""
+    shapes = [usual_finest(1.0), COLOR_WEIGHT, NUM_STEPS, GAIN, OVERLAP, DEFAULT_KEEP, STRENGTH]
+    return [*shapes, LIGHTNESS, CHROMA, *CONES_FROM_RGB.ravel().tolist(), *OKLAB_FROM_ROOTS.ravel().tolist()]
 
 
 def _specks(count: int) -> Gaussians:

@@ -71,8 +71,12 @@ def find_floaters(gaussians: Gaussians) -> FoundFloaters:
     sure, strong, has_bodies, is_haze = _core.find_floaters(
         **shape_arguments(gaussians), first=first, groups=groups
     )
-    levels = (Level(rows.view(bool), *facts) for rows, *facts in (sure, strong))
-    return FoundFloaters(*levels, has_bodies, is_haze, _unseen_copies(gaussians, groups))
+    copies = _unseen_copies(gaussians, groups)
+    return FoundFloaters(_level(*sure), _level(*strong), has_bodies, is_haze, copies)
+
+
+def _level(rows: NDArray[np.uint8], share: float, nearest: float, is_seen: bool) -> Level:
+    return Level(rows.view(bool), share, nearest, is_seen)
 
 
 def _unseen_copies(gaussians: Gaussians, places: NDArray[np.int64]) -> Mask:

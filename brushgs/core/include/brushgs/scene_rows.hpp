@@ -21,6 +21,9 @@ struct GaussianColumns {
     std::size_t sh_terms = 1;  // 1, 4, 9 or 16
 };
 
+// These rows of it.
+GaussianColumns taken(const GaussianColumns& gaussians, const std::vector<std::uint32_t>& rows);
+
 struct SceneColumns : GaussianColumns {
     std::size_t num_dropped = 0;  // rows that cannot be drawn
     bool is_antialiased = false;  // see brushgs/values/notes.py

@@ -1,5 +1,6 @@
-// Gaussians of a scene -> strokes in space, without views of it: what `brushgs.cluster(gaussians, num_strokes)` makes,
-// for a page that has no Python. Each step is the function that Python calls too.
+// Gaussians of a scene -> strokes in space, without views of it, for a page that has no Python: those of an oil
+// painting that is not guided by views, in the direction of their clusters. Each step is the function that Python calls
+// too.
 #pragma once
 
 #include <cstddef>
@@ -23,16 +24,23 @@ struct Reach {
 Reach reach_in(const PictureView& view, const float* means, std::size_t count);
 
 struct StrokeOptions {
-    std::size_t num_strokes;  // at most
-    double finest;            // standard deviation of the finest line in pictures, radii of the scene
-    double color_weight;      // see FeatureQuery
-    double num_steps, gain;   // see Lloyd
-    double overlap;           // see Cover
-    const double* draws;      // see Lloyd
+    std::size_t num_strokes;   // at most
+    double finest;             // standard deviation of the finest line in pictures, radii of the scene
+    double color_weight;       // see FeatureQuery
+    double num_steps, gain;    // see Lloyd
+    double overlap;            // see Cover
+    double keep;               // share of the Gaussians that strokes are made of, at least; see prune.hpp
+    double solid;              // strength of solid paint, see solid.hpp
+    double lightness, chroma;  // of broken color, see broken_color.hpp
+    const double *cones_from_rgb, *lab_from_roots;  // [3, 3] each, likewise
+    const double* draws;                            // see Lloyd
 };
 
-// The Gaussians themselves if there are not more than strokes. `tell` is called with the share of the work that is
-// done.
+// Drops floaters, and copies of rows that no picture shows.
+void clean_scene(SceneColumns& scene);
+
+// Of a clean scene and its extent: the Gaussians that contribute most, merged where there are more than strokes, those
+// that are worth it, as solid paint in broken color. `tell` is called with the share of the work that is done.
 GaussianColumns strokes_of_scene(const SceneColumns& scene, const Extent& extent, const StrokeOptions& options,
                                  void (*tell)(double share));
 
