@@ -91,7 +91,12 @@ class Canvas:
         if coat.tolerance is not None and self._frame is not None:
             from brushgs.rendering.depth_test import DepthTest
 
-            more["in_front_of"] = DepthTest.by_picture(self._frame, boxes, coat.strokes, sizes=coat.tolerance)
+            test = DepthTest.by_picture(self._frame, boxes, coat.strokes, sizes=coat.tolerance)
+            if self._is_moving and coat.chains is not None and coat.is_curves:
+                from brushgs.rendering.along_lines import along_lines
+
+                boxes, test = along_lines(boxes, test, coat.chains)
+            more["in_front_of"] = test
         blend = "cover" if coat.effect is not None else coat.blend
         given = more | {"part": self._painted, "dpi": self._dpi}
         painted = rasterize_with(boxes, self._camera, coat.texture, coat.options, blend=blend, **given)
@@ -280,6 +285,8 @@ class Painting:
 
     def reach(self, camera: Camera) -> int | None:
         """Radius of the pixels that a pixel depends on; None for the whole picture."""
+        if self.is_moving and any(coat.is_curves and coat.tolerance is not None for coat in self.coats):
+            return None
         reaches = [coat.effect.reach(camera) for coat in self.coats if coat.effect is not None]
         of_effects = [reach for reach in reaches if reach is not None]
         if len(of_effects) < len(reaches):

@@ -78,6 +78,11 @@ class Coat:
         """Whether its own frame must have a depth."""
         return self.effect is not None or self.cut is not None
 
+    @property
+    def is_curves(self) -> bool:
+        """Whether its strokes are pieces of curves, which show and fade as wholes; hatching is marks."""
+        return self.chains is not None and self.nested is None
+
     def posed(self, pose: "Pose", *, takes_light: bool = True) -> "Coat":
         """The coat at a moment of a moving scene; `takes_light` as `has_color` of `Pose.moved`."""
         normals = None if self.normals is None else pose.turned(self.strokes, self.normals)

@@ -30,6 +30,7 @@ SHARP = 0.6  # px, standard deviation of the final antialiasing
 FADED = (0.6, 1.1)  # area over the least area up to which a region is paper, and from which it is fully black
 LAID, SKIRT = 0.8, 2.0  # share from which a pixel counts as ink, and width of the soft edge around it, px
 EDGE = 1.6  # px, standard deviation of the smoothing of the outline of blacks
+EDGE_MOVING = 1.2  # px, the least of it in films of any size: below, steps of pixels run along the outline
 ROUND = 0.5  # level of the smoothed mask at which the outline runs
 LOWEST, HIGHEST, ROUNDS = 0.06, 0.46, 7  # range of the threshold, and steps of its bisection
 CLEAR, SOLID = 0.3, 0.45  # alpha of strokes up to which paper is transparent, and from which it is opaque
@@ -89,9 +90,10 @@ class Tones:
         """[H, W] mask of surfaces, except behind occlusion edges."""
         return np.asarray((self.alpha > 0.5) & ~self.is_jump)
 
-    def smoothed(self, mask: Array | Mask) -> F32:
-        """[H, W] a mask, smoothed by a Gaussian."""
-        return np.asarray(ndimage.gaussian_filter(mask.astype(np.float32), EDGE * self.scale, truncate=3.0))
+    def smoothed(self, mask: Array | Mask, least: float = 0.0) -> F32:
+        """[H, W] a mask, smoothed by a Gaussian of a standard deviation of at least `least` px."""
+        deviation = max(EDGE * self.scale, least)
+        return np.asarray(ndimage.gaussian_filter(mask.astype(np.float32), deviation, truncate=3.0))
 
 
 def _side(radius: float) -> int:
@@ -126,8 +128,8 @@ class Blacks:
         least_area: of a region, share of the picture.
         ink: RGB.
         paper: RGB.
-        softness: range of tones on both sides of the threshold over which ink thins out, for films: where a
-            mass is about as dark as the threshold, a sharp edge would jump between frames. 0: sharp edge.
+        softness: range of tones on both sides of the threshold over which ink thins out, for films: their
+            outlines move by less than a pixel from frame to frame. 0: sharp edge.
     """
 
     threshold: float
@@ -192,7 +194,9 @@ class Blacks:
         """[H, W] shares of ink that thin out over a range of tones, near regions with these shares."""
         ramp = np.clip(0.5 + (self.threshold - tones.masses) / (2 * self.softness), 0, 1) * tones.can_be_black
         near = ndimage.maximum_filter(shares, _side(THINNING * tones.scale), mode="nearest")
-        return np.asarray(near * np.clip(0.5 + STEEP * (tones.smoothed(ramp) - 0.5), 0, 1), np.float32)
+        return np.asarray(
+            near * np.clip(0.5 + STEEP * (tones.smoothed(ramp, EDGE_MOVING) - 0.5), 0, 1), np.float32
+        )
 
 
 def large_ones(mask: Mask, least: float) -> Mask:

@@ -8,11 +8,15 @@ import pytest
 
 from brushgs.options.where import Where, WhereConfig
 from brushgs.outlets.glb.write import omitted
+from brushgs.passes.add.tonal_view import TonalView
+from brushgs.pipeline.media.ink import lightness_in_space
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.effect import without_effect
+from brushgs.rendering.tonal import Tones
 from brushgs.still_life import still_life_camera
+from brushgs.values.camera import Camera
 from brushgs.values.sh import base_colors
 from tests.kit.configs import blind
 from tests.kit.for_each import for_each
@@ -97,3 +101,24 @@ def test_outlets_without_effects_show_dark_strokes_in_place_of_blacks(paintings)
     words = " ".join(omitted(Painting(paintings["ink"].coats), CAMERA, for_view=False))
     assert "washes and blacks are not in the file" in words
     assert "denser" in words
+
+
+def view_of(black, depth):
+    """A view of the plane z = 0 and its black pixels: left of the middle, moved by `black` px."""
+    mask = np.arange(64)[None, :] < 32 + np.full((64, 1), black)
+    tones = Tones.of(np.full((64, 64, 3), 0.5), np.ones((64, 64)), np.full((64, 64), depth), scale=1.0)
+    camera = Camera.look_at((0, 0, -4), (0, 0, 0), width=64, height=64)
+    flat = np.full((64, 64), np.float32(depth))
+    return TonalView(camera, tones, flat, np.zeros((64, 64, 2)), np.zeros((64, 64, 3))), mask
+
+
+def test_blacks_of_films_are_those_of_most_views_and_of_what_is_near_where_none_shows_it():
+    views, masks = zip(view_of(0, 4.0), view_of(0, 4.0), view_of(12, 4.0), strict=True)
+    x = np.array([-0.5, -0.2, 0.2, 0.5])
+    places = np.concatenate([np.stack([x, 0 * x, 0 * x], axis=1), [[-0.5, 0, 1.0], [0.5, 0, 1.0]]])
+    strokes = SCENE.take(np.arange(6))
+    strokes = replace(strokes, means=places.astype(strokes.means.dtype))
+    lightness = lightness_in_space(strokes, list(views), list(masks))
+    np.testing.assert_allclose(lightness, [0, 0, 0.83, 0.83, 0, 0.83], atol=0.02)
+    unseen = lightness_in_space(strokes.take(np.arange(4, 6)), list(views), list(masks))
+    assert unseen.tolist() == [1, 1], "no view shows any"

@@ -13,8 +13,8 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from brushgs.passes.add.line_lift import Chains, unit_of
-from brushgs.passes.add.line_windows import Along
 from brushgs.rendering.facing import BOUNDS, facing
+from brushgs.values.along import Along
 from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame

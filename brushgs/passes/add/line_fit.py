@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from brushgs.passes.add.line_lift import Chains
-from brushgs.passes.add.line_windows import Along
+from brushgs.values.along import Along
 from brushgs.values.arrays import F64, Array, Rows
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of

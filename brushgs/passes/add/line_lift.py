@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from brushgs.passes.add.line_edges import EdgePoints
-from brushgs.passes.add.line_windows import Along
+from brushgs.values.along import Along
 from brushgs.values.arrays import F64, Mask, Rows
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.passes.add.line_windows import Along
 from brushgs.passes.add.lines import Lines
 from brushgs.passes.neighbours import nearest
+from brushgs.values.along import Along
 from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 

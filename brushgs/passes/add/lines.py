@@ -12,9 +12,9 @@ from brushgs.passes.add.line_chains import in_order, link
 from brushgs.passes.add.line_edges import EdgePoints, Picture, edge_points
 from brushgs.passes.add.line_fit import fit, strokes_of
 from brushgs.passes.add.line_lift import PIXELS, SMOOTH, Chains, lift, unit_of
-from brushgs.passes.add.line_windows import Along
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.render import render
+from brushgs.values.along import Along
 from brushgs.values.arrays import F64, Mask, Rows
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame

@@ -14,9 +14,9 @@ import numpy as np
 from brushgs.core.native import core as _core
 from brushgs.passes.add.line_fit import fit, strokes_of
 from brushgs.passes.add.line_lift import DEPTH_REACH, Chains
-from brushgs.passes.add.line_windows import Along
 from brushgs.passes.add.tonal_view import FLATTEST, TonalView
 from brushgs.rendering.nested import Nested
+from brushgs.values.along import Along
 from brushgs.values.arrays import F32, F64, Mask, Rows
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0

@@ -147,6 +147,6 @@ def _weighed(coat: Coat, strokes: Gaussians, tones: F64) -> Coat:
 
 
 def _along(values: F64, chains: Rows) -> F64:
-    from brushgs.passes.add.line_windows import Along
+    from brushgs.values.along import Along
 
     return Along.of(chains).mean(values, 4)
