@@ -48,6 +48,7 @@ class Rub:
         values: shares of black, ascending; the first and the last are the limits.
         strength: of the rubbing, 0 to 1.
         wave: wavelength of the noise, world units, > 0.
+        is_room: whether the scene fills the picture; small holes in it then take the tones around them.
     """
 
     paper: tuple[float, float, float]
@@ -55,6 +56,7 @@ class Rub:
     values: tuple[float, ...]
     strength: float
     wave: float
+    is_room: bool = False
 
     @property
     def traits(self) -> str:
@@ -64,7 +66,9 @@ class Rub:
     def __call__(
         self, painted: Frame, camera: Camera, surface: "Surface | None", part: Part | None = None
     ) -> Frame:
-        """See `Effect`. Coverage never grows."""
+        """See `Effect`. Coverage never grows, except where holes of a room are filled."""
+        if self.is_room:
+            painted = _closed(painted, camera)
         dtype, pixel = painted.rgb.dtype, canvas_scale(camera.width, camera.height)
         paper = np.asarray(self.paper, dtype)
         tint = np.asarray(self.black, dtype) - paper
@@ -84,8 +88,10 @@ class Rub:
         toned *= np.divide(taken, solid, out=np.zeros_like(solid), where=solid > 0)
         return replace(painted, rgb=taken[..., None] * paper + toned[..., None] * tint, alpha=taken)
 
-    def reach(self, camera: Camera) -> int:
-        """See `Effect`: radius of the widest blur."""
+    def reach(self, camera: Camera) -> int | None:
+        """See `Effect`: radius of the widest blur; None in a room, whose holes have no least size."""
+        if self.is_room:
+            return None
         return ceil(TRUNCATED * SOFT * canvas_scale(camera.width, camera.height)) + 1
 
     def areas(self, picture: Array) -> None:
@@ -132,6 +138,21 @@ class Rub:
         found = noise.repeat(STEP, axis=0).repeat(STEP, axis=1)
         short = [(0, max(size - grown, 0)) for size, grown in zip(depth.shape, found.shape, strict=True)]
         return np.asarray(np.pad(found, short, mode="edge")[: depth.shape[0], : depth.shape[1]], np.float32)
+
+
+def _closed(painted: Frame, camera: Camera) -> Frame:
+    """The picture of a room without holes. They lie as far away as anything in it, so marks on them show."""
+    from brushgs.rendering.depth_test import SOLID as SURFACE
+    from brushgs.rendering.wet_layer import ROOM_SOLID, without_holes
+
+    assert painted.depth is not None, "effects are painted with depth"
+    diagonal = float(np.hypot(camera.width, camera.height))
+    rgb, alpha = without_holes(painted.rgb, painted.alpha, ROOM_SOLID, diagonal)
+    solid = np.minimum(ROOM_SOLID, 1 / np.maximum(alpha, np.finfo(alpha.dtype).tiny)).astype(alpha.dtype)
+    is_hole = painted.alpha <= SURFACE
+    farthest = np.max(painted.depth, where=~is_hole, initial=0)
+    depth = np.where(is_hole, np.maximum(painted.depth, farthest), painted.depth)
+    return replace(painted, rgb=rgb * solid[..., None], alpha=alpha * solid, depth=depth)
 
 
 def _rubbed(plane: Array, noise: Array, pixel: float) -> Array:

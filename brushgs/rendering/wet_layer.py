@@ -38,6 +38,7 @@ LEAST_LOST = 0.15  # score of the darkest that may: against white paper an outli
 # Of the coverage blurred over `LOSS` the mean inside, within some widths: up to the first a part is thin, and
 # not lost. Along a straight edge it is 0.85; in a strip as wide as `LOSS`, 0.46.
 NEARBY, THIN, THICK = 2.0, 0.55, 0.75
+ROOM_SOLID = 12.0  # see `Key`: a room has no holes, windows are strokes of little opacity
 # Holes in the paint of a room: reach of the colors that fill them, over the diagonal, and the share of paint
 # within it up to which a hole is open and stays bare, and from which it is closed.
 HOLE, OPEN, CLOSED = 0.02, 0.2, 0.5
@@ -225,7 +226,7 @@ class WetLayer(_Running):
         noise[..., 2] = focus
         rgb, alpha = part.rgb, part.alpha
         if self.is_room:
-            rgb, alpha = _without_holes(rgb, alpha, self.key.solid, part.diagonal)
+            rgb, alpha = without_holes(rgb, alpha, self.key.solid, part.diagonal)
         colors = self.key.colors(rgb, alpha)
         wetness = np.clip(0.5 * noise[..., 1] + 0.45, 0, 1) * (1 - 0.85 * focus)
         smoothed = [self._smoothed(colors, one, part.diagonal, wetness, focus) for one in self.smoothing]
@@ -239,7 +240,7 @@ class WetLayer(_Running):
         return smooth(colors.copy(), sigma, guide=colors, hold=hold.astype(colors.dtype))
 
 
-def _without_holes(rgb: Array, alpha: Array, solid: float, diagonal: float) -> tuple[Array, Array]:
+def without_holes(rgb: Array, alpha: Array, solid: float, diagonal: float) -> tuple[Array, Array]:
     """Premultiplied colors and coverage of a room, its holes in the colors of the paint around them.
 
     The night behind a window is often no paint at all, which would be chips of bare paper between dark panes.

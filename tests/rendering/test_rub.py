@@ -65,3 +65,29 @@ def test_nothing_stays_nothing_and_a_rub_can_be_pickled():
     assert not found.alpha.any()
     tiny = replace(CAMERA, width=1, height=1)
     assert RUB(frame_of(np.zeros((1, 1))), tiny, None).alpha.shape == (1, 1)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_small_holes_of_a_room_take_the_tone_around_them_and_lie_far_away(dtype):
+    alpha = np.ones((240, 320), dtype)
+    alpha[100:108, 50:58] = 0  # a pane
+    alpha[:, 200:] = 0.02  # the sky
+    alpha[20:30, 20:30] = 0.1  # glass: of its own tone
+    tone = np.full((240, 320), 0.5)
+    tone[20:30, 20:30] = 0.75
+    frame = frame_of(tone, alpha)
+    depth = np.where(alpha > 0, frame.depth, 0).astype(dtype)
+    depth[:, 150:200] = 7
+    frame = Frame(frame.rgb.astype(dtype), alpha, depth)
+    object_, room = (
+        replace(RUB, strength=0.0, is_room=is_room)(frame, CAMERA, None) for is_room in (False, True)
+    )
+    assert object_.alpha[104, 54] < 0.05
+    assert room.alpha[104, 54] > 0.95
+    toned = shares_of(Frame(room.rgb[:, :150], room.alpha[:, :150], None))
+    np.testing.assert_allclose(toned[104, 54], toned[150, 100], atol=0.02)
+    assert toned[25, 25] > toned[150, 100] + 0.1
+    assert room.alpha[120, 300] < 0.3, "what no paint surrounds stays bare"
+    assert room.depth[104, 54] == 7
+    assert room.rgb.dtype == room.alpha.dtype == room.depth.dtype == dtype
+    assert replace(RUB, is_room=True).reach(CAMERA) is None

@@ -115,6 +115,7 @@ def _rub_facts(coat: "Coat", origin: F64) -> dict[str, Any] | None:
         "strength": rub.strength,
         "wave": rub.wave,
         "waves": rub.waves(origin).tolist(),
+        "isRoom": rub.is_room,
     }
 
 

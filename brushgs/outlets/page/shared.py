@@ -84,6 +84,7 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "WET_LOSS": wet_layer.LOSS,
         "WET_NEARBY": wet_layer.NEARBY,
         "WET_THICK": (wet_layer.THIN, wet_layer.THICK),
+        "ROOM_SOLID": wet_layer.ROOM_SOLID,
         "WET_HOLE": wet_layer.HOLE,
         "WET_HOLE_CLOSED": (wet_layer.OPEN, wet_layer.CLOSED),
         "SHADOW_RANGE": (wet_layer.SHADOW_EDGE, wet_layer.SHADOW_WANDER),

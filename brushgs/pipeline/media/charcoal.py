@@ -138,7 +138,8 @@ def _masses(materials: Materials, tone: F64, borders: F64) -> Coat:
     soft = in_colors(strokes, mixed(materials.paper, black, shares))
     coat = materials.smudge("masses", scaled(soft, REACH, REACH, opacities=3 * strokes.opacities))
     _, radius = robust_frame(strokes.means)
-    rub = Rub(materials.paper, black, tuple(sorted(values.tolist())), media.rub, max(WAVE * radius, 1e-12))
+    wave, ordered = max(WAVE * radius, 1e-12), tuple(sorted(values.tolist()))
+    rub = Rub(materials.paper, black, ordered, media.rub, wave, materials.is_room)
     return replace(coat, effect=rub)
 
 

@@ -17,6 +17,7 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.arrays import Array
 from brushgs.values.camera import Camera
+from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors, in_colors, seen_from
 
@@ -35,6 +36,10 @@ Color = tuple[float, float, float]
 CONTOUR_STRENGTH = 0.35  # of edges from which styles have contours
 CONTOUR_OVERLAP = 1.7  # of their pieces, which are wide: with less the overlaps of their soft ends show
 SIDE, MOST_VIEWS = 240, 3  # pixels, longer side of the views in which areas are measured, and their number
+IS_PAINTED, FULL = (
+    0.5,
+    0.9,
+)  # coverage of a painted pixel, and share of a picture that strokes paint in a room
 LINE_TOLERANCE = (
     20.0  # times that of marks: a line is thin, and its own size says little about what it lies on
 )
@@ -108,6 +113,15 @@ class Materials:
 
         areas = shown_areas(self.strokes, some_small(self.cameras, MOST_VIEWS, SIDE))
         return areas if areas.any() else painted_areas(self.strokes)
+
+    @cached_property
+    def is_room(self) -> bool:
+        """Whether the strokes fill the views of the job."""
+        from brushgs.passes.seen import some_small
+        from brushgs.rendering.render import render
+
+        views = some_small(self.cameras, MOST_VIEWS, SIDE) if self.cameras else []
+        return fill([render(self.strokes, view, "gaussian", depth=False) for view in views])
 
     @cached_property
     def solidity(self) -> "F64":
@@ -190,6 +204,11 @@ def scaled(strokes: Gaussians, along: float, across: float, *, opacities: Array 
     if opacities is None:
         return changed
     return replace(changed, opacities=np.clip(opacities, 0, 1).astype(strokes.opacities.dtype))
+
+
+def fill(frames: Sequence[Frame]) -> bool:
+    """Whether strokes fill pictures of them, as those of a room do; no pictures are not full."""
+    return bool(frames) and float(np.mean([np.mean(frame.alpha > IS_PAINTED) for frame in frames])) > FULL
 
 
 def mixed(paper: Color, colors: ArrayLike, shares: Array) -> Array:

@@ -6,11 +6,11 @@ import numpy as np
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.seen import some_small
-from brushgs.pipeline.media.materials import Materials
+from brushgs.pipeline.media.materials import IS_PAINTED, Materials, fill
 from brushgs.rendering.effect import positions_of
 from brushgs.rendering.render import render
 from brushgs.rendering.space_noise import Anchor
-from brushgs.rendering.wet_layer import Key, smooth
+from brushgs.rendering.wet_layer import ROOM_SOLID, Key, smooth
 from brushgs.values.arrays import F64, Array
 from brushgs.values.camera import Camera
 from brushgs.values.colors import LUMINANCE
@@ -18,12 +18,9 @@ from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 
 SIDE, MOST_VIEWS = 480, 3  # longer side of the pictures, pixels, and their number
-FULL = 0.9  # share of a picture that strokes cover in a room
 DARKS = 2.0  # percent of the painted pixels that become the darkest
 LEAST_RANGE = 0.15  # of luma: a scene of one tone is not stretched
 WHITE, LIFT = 0.95, 0.45  # luma of white things, and how far that of the paper moves towards it for objects
-IS_PAINTED = 0.5  # coverage
-ROOM_SOLID = 12.0  # see `Key`: a room has no holes, windows are strokes of little opacity
 REACH = 0.17  # of the picture's diagonal in the depth of the focus
 CENTERED = 0.35  # of the picture: standard deviation of the preference for its middle
 
@@ -55,7 +52,7 @@ class Settled:
         lumas = np.concatenate([np.zeros(0), *(_lumas(frame) for frame in frames)])
         if len(lumas) == 0:
             return cls(Key(0.0, 1.0), _anchor_of(strokes), False, views)
-        is_room = float(np.mean([np.mean(frame.alpha > IS_PAINTED) for frame in frames])) > FULL
+        is_room = fill(frames)
         low, high = np.percentile(lumas, [DARKS, 100 * (1 - paper)])
         if not is_room:  # paper lies all around: only what is white is left
             high += LIFT * max(WHITE - float(high), 0)

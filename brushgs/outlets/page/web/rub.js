@@ -3,19 +3,20 @@
 // They are made at half of the picture's pixels along a side. The tooth of the paper, which is finer, is left to
 // rub.frag.
 
-const { RUB_RISE, RUB_GATHERED, RUB_SOLID, RUB_BLURS, RUB_REACH, RUB_STEP, RUB_FINEST } = SHARED;
+const { RUB_RISE, RUB_GATHERED, RUB_SOLID, RUB_BLURS, RUB_REACH, RUB_STEP, RUB_FINEST, ROOM_SOLID } = SHARED;
 
 /**
  * The rubbed tones of a coat.
  *
  * @param {object} rub `paper` and `black`, RGB; `values`, shares of black, ascending; `strength`; `wave`, world units;
- *     `waves` [6][4], directions in radians a unit of page coordinates, and phases
+ *     `waves` [6][4], directions in radians a unit of page coordinates, and phases; `isRoom`
  * @param {object} picture of `paintSoftly`
  * @param {PageCamera} camera of that picture
  * @param {number} step pixels of the page along one of that picture
  * @returns {[Float32Array]} [height, width, 4]: tone, cover, amount of rubbing 0 to 1, and depth
  */
-function makeRub(rub, { width, height, colors, depths }, camera, step) {
+function makeRub(rub, picture, camera, step) {
+  const { width, height, colors, depths } = rub.isRoom ? closedRoom(picture) : picture;
   const noise = rubNoise(rub, depths, camera, step), count = width * height;
   const { solid, toned } = massesOf(rub, colors, count), scale = canvasScale(width, height);
   for (const plane of [solid, toned]) {
@@ -32,6 +33,20 @@ function makeRub(rub, { width, height, colors, depths }, camera, step) {
     made[4 * i + 3] = depths[i] || depthBeside(depths, i, width);
   }
   return [made];
+}
+
+/** The picture of a room without holes, which lie as far away as anything in it: `_closed`. */
+function closedRoom({ width, height, colors, depths }) {
+  const count = width * height, size = { width, height, count, diagonal: Math.hypot(width, height) };
+  const filled = withoutHoles(colors, ROOM_SOLID, size), placed = depths.slice();
+  let farthest = 0;
+  for (let i = 0; i < count; i++) if (colors[4 * i + 3] > SHARED.SOLID_BELOW) farthest = Math.max(farthest, depths[i]);
+  for (let i = 0; i < count; i++) {
+    const solid = Math.min(ROOM_SOLID, 1 / Math.max(filled[4 * i + 3], 1e-30));
+    for (let c = 0; c < 4; c++) filled[4 * i + c] *= solid;
+    if (colors[4 * i + 3] <= SHARED.SOLID_BELOW) placed[i] = Math.max(placed[i], farthest);
+  }
+  return { width, height, colors: filled, depths: placed };
 }
 
 /** Cover and tone before rubbing: shares of black, drawn together towards the values. */

@@ -111,7 +111,7 @@ function shadowWash({ count }, colors, alpha, { flow }) {
   return { densities, tones: ones, focus: nothing, strength: ones, cover: nothing };
 }
 
-/** The picture of a room, its holes in the colors of the paint around them: `_without_holes`. */
+/** The picture of a room, its holes in the colors of the paint around them: `without_holes`. */
 function withoutHoles(colors, solid, size) {
   const { WET_HOLE: hole, WET_HOLE_CLOSED: [open, closed] } = SHARED, result = colors.slice(), around = colors.slice();
   for (let i = 0; i < size.count; i++) {
