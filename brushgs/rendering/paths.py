@@ -30,9 +30,11 @@ STRIPS, BINS = 10, 32  # bristles of a brush, and samples along them
 COVERED = 0.1  # transmittance of later coats below which a line under them is cut
 JOINED = 1.2  # largest gap between pieces of one line, in widths
 ALIKE = 0.2  # largest difference of the paint of pieces in one path, relative to the larger
-WIDER = 1.03  # width of a path as soft as that of a brush, over that of an opaque one
-# The same of dots: more by a factor for each px of half width below one of which they are like other paths.
-# Renderers draw circles of a pixel as polygons, and lose up to a tenth of their area.
+# Width of a path over that of a brush of the same paint. It is wider, as a brush has soft sides; or narrower
+# where the paper takes paint, as that takes more of the sides.
+NARROWER, WIDER = 0.85, 1.03
+# Of dots: `WIDER`, and more by a factor for each px of half width below one of which they are like other
+# paths. Renderers draw circles of a pixel as polygons, and lose up to a tenth of their area.
 SMALL_DOT, WIDER_DOT, WIDEST_DOT = 1.2, 0.24, 1.12
 AROUND = 3  # px, side of the window in which the paint taken by paper is averaged
 FAINTEST = 2 * MIN_ALPHA  # opacity below which a path is omitted
@@ -262,8 +264,9 @@ def _lines(thin: Rows, laid: LaidCoat, runs: _Runs, solid: F64) -> Iterator[Path
         boxes.centers[rows, None]
         + np.stack([runs.starts[thin], runs.ends[thin]], axis=1)[..., None] * axes[:, None]
     )
-    widths = 2 * half[:, 1] * solid[thin] * WIDER
-    opacities = boxes.opacities[rows] * runs.shares[thin] / WIDER
+    opacities = boxes.opacities[rows] * runs.shares[thin]
+    factors = np.clip(WIDER * runs.shares[thin], NARROWER, WIDER)
+    widths, opacities = 2 * half[:, 1] * solid[thin] * factors, opacities / factors
     colors = np.clip(boxes.colors[rows].astype(np.float64), 0, 1)
     lines = laid.coat.chains
     line = boxes.ids[rows].astype(np.int64)

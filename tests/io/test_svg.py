@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import brushgs as bg
-from brushgs.brushes.soft import dot_brush
+from brushgs.brushes.soft import dot_brush, pen_brush
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.pictures.metadata import read_metadata
 from brushgs.formats.pictures.svg import write_svg
@@ -113,6 +113,27 @@ def test_a_dot_half_hidden_has_half_of_the_paint():
         return path.opacity
 
     assert opacity(0.5) == pytest.approx(0.5 * opacity(2.0), rel=0.07)  # of 17 samples, one lies on the edge
+
+
+def test_a_line_of_which_paper_takes_paint_is_narrower_and_not_lighter_than_that_share():
+    camera = Camera.look_at((0, 0, -4), (0, 0, 0), width=80, height=60, fov_y=0.8)
+    brush, one = pen_brush(), np.ones(1)
+    columns = ([[40.0, 30.0]], [[20.0, 0.8]], [0.0], [1.0], [[0.0, 0, 0]], [1.0])
+    boxes = Boxes(*map(np.array, columns), ids=np.zeros(1, np.int32))
+    strokes = Gaussians(np.zeros((1, 3)), np.eye(1, 4), np.ones((1, 3)), one, np.zeros((1, 1, 3)))
+    coat = Coat("lines", strokes, brush, RenderOptions.of(brush), dry=0.3)
+
+    def line(share):
+        taken = None if share is None else np.full((60, 80), share)
+        laid = LaidCoat(coat, boxes, None, np.full((60, 80), share or 1.0), taken)
+        ((path,),) = (group.paths for group in paths_of([laid], camera).groups)
+        assert path.kind == "line"
+        return path
+
+    whole, pencil = line(None), line(0.6)
+    assert pencil.width < 0.9 * whole.width
+    assert 0.6 < pencil.opacity < whole.opacity <= 1
+    assert pencil.width * pencil.opacity == pytest.approx(0.6 * whole.width * whole.opacity)
 
 
 def test_kinds_of_paths_and_an_empty_drawing(tmp_path):
