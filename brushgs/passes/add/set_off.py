@@ -2,9 +2,9 @@
 
 A dark painting has dark surroundings, and its darks in the subject: the two would merge. So along the outline
 of the subject, in small pictures, its lightness is compared with that of the background, and both move until
-they differ enough. The subject moves most of the way, since the scene shows its form; its surroundings, whose
-values come from the painting, move only by the small rest. The ground that the subject stands on keeps its
-values.
+they differ enough. Surroundings keep the values of the painting or become lighter, because strokes with their
+bristles and shadows are darker than the painting anyway. A subject that becomes the lighter of both moves
+alone. The ground that the subject stands on keeps its values.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.add.stage_ground import Ground
 from brushgs.rendering.options import RenderOptions, render_with
-from brushgs.values.arrays import F64, Mask
+from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.frame import Frame
@@ -26,7 +26,8 @@ from brushgs.values.sh import base_colors, shift_base_colors
 SIDE, MOST_VIEWS = 160, 3  # pixels of the longer side of the small pictures; maximum number of views
 NEAR = 4  # pixels on each side of an outline
 GAP = 0.22  # target, OKLab lightness; 15 of CIE L* are 0.12 to 0.16, the rest is lost to contours and shade
-OF_STAGE = 0.12  # share of the missing difference that the surroundings take; the subject takes the rest
+OF_STAGE = 0.5  # share of the missing difference that surroundings give by getting lighter; never by darker
+CLEAR = 0.5  # share of the pixels along an outline that counts: those that show least of the other side
 DARKEST, LIGHTEST = 0.08, 0.94  # limits of the new mean lightness of either
 LEGIBLE = 0.38  # minimum mean lightness of a subject: below it, form is lost in black
 DEAR = 2.0  # cost of moving the surroundings, relative to moving the subject away from the scene
@@ -93,7 +94,8 @@ def _way(found: Lightness, sign: float) -> tuple[float, float]:
     """The changes that make the subject lighter (sign 1) or darker (sign -1) than the stage."""
     stage, subject, _ = found
     need = max(GAP - sign * (subject - stage), 0.0)
-    inside = float(np.clip(subject + sign * (1 - OF_STAGE) * need, LEGIBLE, LIGHTEST))
+    share = 1.0 if sign > 0 else 1 - OF_STAGE
+    inside = float(np.clip(subject + sign * share * need, LEGIBLE, LIGHTEST))
     outside = min(stage, inside - GAP) if sign > 0 else max(stage, inside + GAP)
     outside = float(np.clip(outside, DARKEST, LIGHTEST))
     inside = max(inside, outside + GAP) if sign > 0 else min(inside, outside - GAP)
@@ -147,6 +149,7 @@ def _lightness(
         behind = around.rgb / np.maximum(around.alpha, 0.5)[..., None]
         subject_on_it = within.rgb + (1 - within.alpha[..., None]) * behind
         in_scene = scene.rgb / np.maximum(scene.alpha, 0.5)[..., None]
+        ring, edge = _clearest(-scene.alpha, ring), _clearest(own.alpha, edge)
         pictures = (behind, ring), (subject_on_it, edge), (in_scene, edge)
         for (picture, rows), values in zip(pictures, found, strict=True):
             rgb = picture[rows]
@@ -154,3 +157,8 @@ def _lightness(
     if not all(any(map(len, values)) for values in found):
         return None
     return Lightness(*(float(np.concatenate(values).mean()) for values in found))
+
+
+def _clearest(clarity: Array, rows: Mask) -> Mask:
+    """The clearest pixels of a mask: on the outline both sides mix, and their difference looks small."""
+    return rows & (clarity >= np.quantile(clarity[rows], 1 - CLEAR)) if rows.any() else rows
