@@ -1,8 +1,9 @@
 """Stages in the manner of paintings: strokes take colors and directions from maps of painted surroundings.
 
 A map is wrapped around the subject: its rows extend from the foot of the subject to the top of the job's
-pictures, as seen in the views; its columns go around the axis, repeated so often that its marks keep their
-shape. It turns with the camera like the stage.
+pictures, as seen in the views. The table takes about the same share of the map's height as of a picture's, so
+that sky and land of a painting keep their shares. Columns go around the axis, repeated so often that marks
+keep their shape. A map turns with the camera like the stage.
 """
 
 from collections.abc import Sequence
@@ -21,7 +22,7 @@ from brushgs.values.style import MarkDictionary, StyleStage
 if TYPE_CHECKING:
     from brushgs.passes.style.transport import FlatColors
 
-TABLE = 0.3  # share of a map's height that lies on the table
+TABLE = 0.3, 0.65  # least and largest share of a map's height that lies on the table
 COVE = 0.3  # share of the way from table to wall that still counts as table
 LEAST_SIZE = 0.6  # share of the table's radius: closer to the axis, columns stop getting narrower
 MOST_STRETCH = 1.5  # maximum lengthening of strokes that run away from the eye and look foreshortened
@@ -90,26 +91,30 @@ def layout_of(surface: Surface, place: Place, cameras: Sequence[Camera], aspect:
     """The layout of a map of this aspect, width over height, on a stage seen by these cameras."""
     eyes = np.stack([place.local(camera.position[None])[0] for camera in cameras])
     away, eye = float(np.median(np.hypot(eyes[:, 0], eyes[:, 2]))), float(np.median(eyes[:, 1]))
-    tops = [_top(camera, place) for camera in cameras]
+    borders = np.array([_borders(camera, place) for camera in cameras])
+    bottom, top = borders[:, 0].mean(), borders[:, 1].max()
     angles = np.arctan2(surface.height - eye, away + surface.rho)
     reach = surface.table + COVE * (surface.wall - surface.table)
     edge = float(np.interp(reach, surface.rho, np.maximum.accumulate(angles)))
-    span = max(max(tops) - edge, 0.1)
-    on_table = TABLE * np.minimum(surface.length / np.interp(reach, surface.rho, surface.length), 1)
-    places = on_table + (1 - TABLE) * np.maximum(np.maximum.accumulate(angles) - edge, 0) / span
+    span = max(top - edge, 0.1)
+    share = float(np.clip((edge - bottom) / (edge - bottom + span), *TABLE))
+    on_table = share * np.minimum(surface.length / np.interp(reach, surface.rho, surface.length), 1)
+    places = on_table + (1 - share) * np.maximum(np.maximum.accumulate(angles) - edge, 0) / span
     radius = np.maximum(surface.rho, LEAST_SIZE * surface.table)
     # Apparent width of one map height at the wall.
-    wide = span / (1 - TABLE) * np.hypot(away + surface.wall, surface.height[-1] * 0.25)
+    wide = span / (1 - share) * np.hypot(away + surface.wall, surface.height[-1] * 0.25)
     repeats = max(round(2 * np.pi * surface.wall / (aspect * wide)), 1)
     upward = np.gradient(surface.length) / np.maximum(np.gradient(places), 1e-6)
     around = 2 * np.pi * radius / (repeats * aspect)
     return Layout(1 - np.abs((places % 2) - 1), repeats, upward, around)
 
 
-def _top(camera: Camera, place: Place) -> float:
-    """Elevation of the upper border of a picture, radians."""
-    upper = np.array([0.0, -camera.K[1, 2] / camera.K[1, 1], 1.0]) @ camera.viewmat[:3, :3] @ place.axes.T
-    return float(np.arctan2(upper[1], np.hypot(upper[0], upper[2])))
+def _borders(camera: Camera, place: Place) -> tuple[float, float]:
+    """Elevation of the lower and the upper border of a picture, radians."""
+    y = (np.array([camera.height, 0]) - camera.K[1, 2]) / camera.K[1, 1]
+    rays = np.stack([np.zeros(2), y, np.ones(2)], axis=1) @ camera.viewmat[:3, :3] @ place.axes.T
+    bottom, top = np.arctan2(rays[:, 1], np.hypot(rays[:, 0], rays[:, 2])).tolist()
+    return bottom, top
 
 
 def map_colors(manner: Manner, layout: Layout, surface: Surface, spots: Spots, own: F64) -> F64:

@@ -48,6 +48,14 @@ def test_the_map_lies_on_the_stage_with_its_top_at_the_top_of_the_picture():
     assert blue[-SIZE["height"] // 8 :].mean() < 0.05
 
 
+@for_each("degrees, least, most", [(0, 0.52, 0.68), (25, 0.35, 0.6), (50, 0.15, 0.4)])
+def test_sky_keeps_its_share_of_the_painting_seen_level_and_some_of_it_seen_from_above(degrees, least, most):
+    camera = frame_scene(plain_first_view(crate()), **SIZE, elevation=np.radians(degrees))
+    _, strokes = painted([camera], manner())  # blue for 0.6 of its height
+    frame = plain_views(strokes, [camera]).frames[0]
+    assert least < (frame.rgb[..., 2] > frame.rgb[..., 0]).mean() < most
+
+
 @for_each("degrees", [0, 30, 90, 150])
 def test_marks_run_on_the_wall_as_they_appear_in_the_painting(degrees):
     camera = frame_scene(plain_first_view(crate()), **SIZE)
