@@ -364,13 +364,6 @@ NB_MODULE(_core, m) {
     def_scenes<double>(m);
     m.def("cluster_weights", &cluster_weights, "contributions"_a.noconvert(), "detail"_a.noconvert(),
           "Weights [N] in k-means by contributions [N] and detail [N] of color, see features.hpp.");
-    m.def("principal_axes", &principal_axes, "covariances"_a.noconvert(), "num_threads"_a,
-          "Standard deviations [N, 3], ascending, and axes [N, 3, 3], as columns, of covariances; see moments.hpp.");
-    m.def("cover", &cover, nb::kw_only(), "means"_a.noconvert(), "scales"_a.noconvert(), "axes"_a.noconvert(),
-          "opacities"_a.noconvert(), "rows"_a.noconvert(), "neighbors"_a.noconvert(), "num_touching"_a, "touch"_a,
-          "num_threads"_a,
-          "For these rows [n] of strokes with these neighbors [n, m], the light that passes them, how many of the "
-          "first neighbors touch, and the sum of the cosines between normals, [n] each. See coverage.hpp.");
     m.def("hash_rows", &hash_rows, "columns"_a.noconvert(), "place"_a, "hashes"_a.noconvert(),
           "Add columns [N, w] to the hashes [N] of rows, `place` on; see equal_rows.hpp.");
     m.def("chances", &chances, "hashes"_a.noconvert(), "seed"_a, "draw"_a,
