@@ -83,7 +83,7 @@ window.studio = {
   },
   order(means, setbacks, count, eye, axis) {
     const order = new StrokeOrder(decoded(means, Float32Array), setbacks && decoded(setbacks, Float32Array));
-    return encoded(order.sort(count, eye, axis).slice(0, count * order.layers));
+    return encoded(order.sort(count, eye, axis).slice(0, order.numSeen));
   },
   levels({ rows, columns, coverage, height }, levelU, levelsV) {
     const [paint, thickness] = [coverage, height].map((text) => text && decoded(text, Uint8Array));

@@ -20,6 +20,12 @@ def test_all_are_drawn_once_farthest_first(studio, axis, with_underpaint):
         distances = np.stack([distances, distances + setbacks], axis=1).ravel()
     assert sorted(ids) == list(range(len(distances)))
     assert (np.diff(distances[ids]) < RESOLUTION * distances.max()).all()
+    # What lies behind the camera is left out, with its underpaint.
+    if axis is not None:
+        is_ahead = means @ np.float32(axis) > 0
+        seen = studio.order(means, (0, 0, 0), setbacks=setbacks, axis=axis)
+        layers = 2 if with_underpaint else 1
+        assert sorted(seen // layers) == np.flatnonzero(is_ahead).repeat(layers).tolist()
     # Of strokes at one depth the first is nearest, and its underpaint behind all.
     ids = studio.order(np.zeros((4, 3), np.float32), (0, 0, -3), setbacks=np.zeros(4, np.float32))
     assert ids.tolist() == [7, 5, 3, 1, 6, 4, 2, 0]

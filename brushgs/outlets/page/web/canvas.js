@@ -17,7 +17,8 @@ const NO_FLOATS =
 const UNITS = ["uCoat", "uCoatDetail", "uPattern", "uCanvas", "uDetail", "uTint", "uGroundImage", "uHeight"];
 const SOFT_UNITS = ["uSoft", "uSoftDetail"], MADE_UNITS = ["uMade", "uMadeMore"];
 const [ZEROS, ONES] = [new Float32Array(4), new Float32Array(4).fill(1)];
-const BYTES = { canvas: 8, detail: 4, coat: 8, coatDetail: 4, tint: 8, blurredAlong: 2, blurred: 2 }; // a pixel of each target
+// A pixel of each target; of those of null as many as the format of colors has.
+const BYTES = { canvas: null, detail: 4, coat: null, coatDetail: 4, tint: null, blurredAlong: 2, blurred: 2 };
 
 /**
  * The canvas of a painting in one WebGL2 context.
@@ -37,15 +38,15 @@ class Canvas {
     const isFloat = gl.getExtension("EXT_color_buffer_float") !== null;
     const isHalf = isFloat || gl.getExtension("EXT_color_buffer_half_float") !== null;
     Object.assign(this, { gl, notes: isHalf ? [] : [NO_FLOATS], _header: header });
-    this._format = isHalf ? gl.RGBA16F : gl.RGBA8;
     this._canMake = isHalf;
     Object.assign(this, planOf(header, isHalf));
+    this._targets = { width: 0, height: 0, textures: {}, framebuffers: {} };
+    this._soft = { width: 0, height: 0 };
+    this._chooseFormat(true);
     const format = isFloat ? gl.R32F : gl.R16F; // of the threads
     this._pattern = this._hasPattern ? new SurfacePattern(gl, surface.kind, surface.seed, format) : null;
     const image = surface?.image;
     this._image = image === undefined ? null : newImage(gl, header.arrays[image].shape, arrays[image]);
-    this._targets = { width: 0, height: 0, textures: {}, framebuffers: {} };
-    this._soft = { width: 0, height: 0 };
     this._picture = { width: 0, height: 0, x: 0, y: 0, target: null, ground: true, middle: 0 };
     this._place = { x: 0, y: 0, detail: false, below: null, belowDetail: null };
     this._lamp = { direction: header.lamp?.direction, halfWay: header.lamp?.halfWay };
@@ -66,12 +67,14 @@ class Canvas {
    * @param {object} picture `camera`, a PageCamera, or null where the lamp stands with the canvas; `width` and
    *     `height`, pixels; `x` and `y`, its lower left corner in the
    *     framebuffer `target`, null for that of the page; `ground`: true for that of the painting, false for
-   *     none, or [r, g, b]; `isWhole`, whether effects are made as a whole, or coarsely
+   *     none, or [r, g, b]; `isWhole`, whether effects are made as a whole, or coarsely, and
+   *     colors of opaque strokes kept in 8 bits
    */
   begin({ camera = null, width, height, x = 0, y = 0, target = null, ground = true, isWhole = true }) {
     const { gl, _picture: picture } = this;
     const middle = camera ? camera.viewmat[11] : 0;
     Object.assign(picture, { width, height, x, y, target, ground, middle, isWhole });
+    this._chooseFormat(isWhole);
     if (this._isLit && camera) this._turnLamp(camera.viewmat);
     gl.disable(gl.BLEND);
     this._pattern?.resize(width, height);
@@ -190,8 +193,9 @@ class Canvas {
   /** Bytes of all targets, with the texture of the surface. */
   get numBytes() {
     const { width, height, textures } = this._targets;
-    const perPixel = Object.keys(textures).reduce((sum, name) => sum + BYTES[name], 0);
-    const ofSoft = (BYTES.coat + BYTES.coatDetail) * this._soft.width * this._soft.height;
+    const ofColor = this._format === this.gl.RGBA8 ? 4 : 8;
+    const perPixel = Object.keys(textures).reduce((sum, name) => sum + (BYTES[name] ?? ofColor), 0);
+    const ofSoft = (ofColor + BYTES.coatDetail) * this._soft.width * this._soft.height;
     return perPixel * width * height + ofSoft + (this._pattern?.numBytes ?? 0);
   }
 
@@ -381,6 +385,15 @@ class Canvas {
     }
     gl.uniform1fv(at.uTaps, taps.weights);
     gl.uniform1i(at.uReach, taps.reach);
+  }
+
+  /** Opaque strokes hide the rounding of those below: in motion 8 bits do, which are blended in less time. */
+  _chooseFormat(isWhole) {
+    const format = this._canMake && (isWhole || this._isFine) ? this.gl.RGBA16F : this.gl.RGBA8;
+    if (format === this._format) return;
+    this._free();
+    this._freeSoft();
+    this._format = format;
   }
 
   _resize(width, height) {

@@ -33,6 +33,9 @@ function planOf({ coats, surface, lamp }, isHalf) {
     _isLit,
     _hasPattern: isRaised || (isWoven && _plans.some(({ isPressed, hasLayers }) => isPressed || hasLayers)),
     _hasDetail: _plans.some(({ hasDetail }) => hasDetail),
+    // Whether 8 bits are too few also in motion: what strokes add up is seen where they are not opaque.
+    _isFine: _plans.some(({ isGlaze, isHiding, hasLayers }, i) => isGlaze || isHiding || hasLayers || coats[i].kernel !== "image") ||
+      !coats.some(({ underpaint }) => underpaint),
     _hasGlaze: _plans.some(({ isGlaze }) => isGlaze),
     _isStraight: !_isLit && _plans.every(({ isDirect }) => isDirect),
   };

@@ -67,7 +67,7 @@ class CoatPainter {
   }
 
   /**
-   * Draw strokes into the bound framebuffer, over what is in it.
+   * Draw strokes that are not behind the camera into the bound framebuffer, over what is in it.
    *
    * Color 0 gets premultiplied color and alpha; of a glaze, it is multiplied by its tint and 1 - alpha.
    * Color 1, with `detail`, gets (height alpha, depth alpha, 0, alpha). The viewport is set by the caller.
@@ -113,8 +113,9 @@ class CoatPainter {
     else gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.bindVertexArray(this._vertices);
     gl.bindBuffer(gl.ARRAY_BUFFER, this._instances);
+    const { numSeen, layers } = this._order;
     gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, part === "underpaint" ? 4 * count : 0);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, part === null ? count * this._order.layers : count);
+    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, part === null ? numSeen : numSeen / layers);
     gl.bindVertexArray(null);
     gl.disable(gl.BLEND);
   }

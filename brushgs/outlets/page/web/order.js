@@ -21,6 +21,7 @@ class StrokeOrder {
     this.means = means;
     this.setbacks = setbacks;
     this.layers = setbacks ? 2 : 1;
+    this.numSeen = 0; // of the instances that were sorted, the first ones: the others are behind the camera
     const count = (means.length / 3) * this.layers;
     this.ids = new Uint32Array(count);
     this._distances = new Float32Array(count);
@@ -38,7 +39,8 @@ class StrokeOrder {
    * @param {ArrayLike<number>} eye [3] page coordinates
    * @param {ArrayLike<number> | null} axis [3] unit vector; null: by distance
    * @returns {Uint32Array} `ids`; its first `count` numbers, twice as many with underpaint, are the rows of
-   *     strokes, or twice that, and one more for underpaint
+   *     strokes, or twice that, and one more for underpaint; along an axis, what is behind the eye comes after
+   *     `numSeen` of them
    */
   sort(count, eye, axis) {
     const total = count * this.layers;
@@ -63,14 +65,19 @@ class StrokeOrder {
     const { means, setbacks, layers } = this;
     const distances = this._distances;
     const [ex, ey, ez] = eye;
+    let numBehind = 0;
     const ax = axis ? axis[0] : 0, ay = axis ? axis[1] : 0, az = axis ? axis[2] : 0;
     for (let i = 0; i < count; i++) {
       const x = means[3 * i] - ex, y = means[3 * i + 1] - ey, z = means[3 * i + 2] - ez;
       let distance = axis ? ax * x + ay * y + az * z : Math.sqrt(x * x + y * y + z * z);
-      if (!(distance > 0)) distance = 0; // behind the camera, not drawn
+      if (!(distance > 0)) {
+        distance = 0; // behind the camera, not drawn
+        numBehind += layers;
+      }
       distances[i * layers] = distance;
-      if (layers === 2) distances[2 * i + 1] = distance + setbacks[i];
+      if (layers === 2) distances[2 * i + 1] = distance && distance + setbacks[i];
     }
+    this.numSeen = count * layers - numBehind;
   }
 
   /** Distances, as bits of positive floats in the order of their values, become keys: 0 the farthest. */
