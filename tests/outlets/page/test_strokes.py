@@ -75,6 +75,21 @@ def test_several_brushes(studio, options, is_colored):
     assert_same_picture(studio, painting_of(strokes, BrushSet(tuple(textures)), **options), CAMERAS[0])
 
 
+def test_long_lines_of_a_pen_end_where_render_ends_them(studio):
+    """Filtered images end softly: with the image itself in their place pixels are up to 0.49 off."""
+    count, draw = 200, np.random.default_rng(0)
+    scales = np.tile((1.0, 0.01, 0.001), (count, 1)) * draw.uniform(0.12, 0.25, (count, 1))
+    quats = np.zeros((count, 4))
+    quats[:, 0], quats[:, 3] = np.cos(turns := draw.uniform(0, np.pi, count)), np.sin(turns)
+    means = draw.uniform(-1, 1, (count, 3)) * (1.5, 1, 0.1)
+    columns = means, quats, scales, np.full(count, 0.99), np.full((count, 1, 3), -1.5)
+    pen = bg.StrokeTexture("image", "pen", np.full((16, 64), 255, np.uint8))
+    painting = painting_of(bg.Gaussians(*(column.astype(np.float32) for column in columns)), pen)
+    studio.load(painting, CAMERAS[0])
+    difference = studio.paint(CAMERAS[0]) - picture(painting.frame(CAMERAS[0]))
+    assert np.abs(difference).max() < 0.1
+
+
 def waves(height, width):
     """[H, W, 3] colors that wave along both sides."""
     v, u = np.mgrid[:height, :width] / max(height, width)

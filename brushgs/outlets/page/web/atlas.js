@@ -4,8 +4,10 @@ const ATLAS_WIDTH = 4096;
 // Levels 1 and 2, for boxes drawn at 0.85 to 1.7 texels a pixel, have as many texels as the source: without
 // them an atlas takes 58 % of the memory. The source in their place is a little sharper on strokes longer
 // than half the image: 1500 strokes at 640 x 480 are painted with 55 to 67 dB instead of 69 to 74. Without 1
-// and 3 it is 53 to 61 dB, without 1, 3 and 5 it is 45 to 52.
+// and 3 it is 53 to 61 dB, without 1, 3 and 5 it is 45 to 52. Small images, such as a pen's, keep all: without
+// them long lines end within a pixel (skull in hatching: 45 dB, with them 69).
 const LEFT_OUT = [1, 2];
+const SMALL = 64; // texels along an axis
 // Of many brushes the first picture has levels from here on, for boxes up to 53 pixels long where an image
 // has 256 texels: half of the time.
 const COARSE = 6;
@@ -187,7 +189,7 @@ class Atlas {
 /** The level of an axis that is drawn where this one is called for, and the finest is not level 0. */
 function standIn(level, levels, finest) {
   const coarser = Math.min(Math.max(level, finest), levels.length - 1);
-  return LEFT_OUT.includes(coarser) ? 0 : coarser;
+  return levels[0].numTexels > SMALL && LEFT_OUT.includes(coarser) ? 0 : coarser;
 }
 
 function keptLevels(levels, finest) {
