@@ -234,10 +234,11 @@ def test_at_most_three_moments_are_in_memory():
 
 
 def test_hardly_any_opacity_changes_its_stroke_in_a_real_scene():
-    """Ten samples of a trained clip, in another order each, and 3 % of the rows missing."""
-    clip = bg.load_moving(real_scene("moving/cook_spinach.splatv"))
+    """Five samples of a quarter of a trained clip, in another order each, and 3 % of the rows missing."""
+    whole = bg.load_moving(real_scene("moving/cook_spinach.splatv"))
+    clip = MovingScene(whole.duration, False, lambda time: whole.at(time).take(slice(None, None, 4)))
     rows_at = {}
-    times = np.linspace(0, clip.duration, 30)[:10]
+    times = np.linspace(0, clip.duration, 30)[:5]
 
     def sample(time):
         at = int(np.argmin(np.abs(times - time)))
@@ -250,7 +251,7 @@ def test_hardly_any_opacity_changes_its_stroke_in_a_real_scene():
 
     scene = MovingScene(times[-1], False, sample, times=times)
     members = prune(scene.at(0))
-    grouping = group(members, 2000)
+    grouping = group(members, 500)
     last, shares, nums = None, [], []
     for moment in carried(scene, times, members.ids, grouping.labels, np.ones(grouping.num_clusters, bool)):
         labels = np.full(len(clip.at(0)), -2)
@@ -262,6 +263,6 @@ def test_hardly_any_opacity_changes_its_stroke_in_a_real_scene():
             shares.append(opacities[both & (labels != last)].sum() / opacities[both].sum())
         last = labels
         nums.append(len(moment.masses))
-    assert max(shares) < 0.005  # measured: 0.1 to 0.34 %; asked for: at most 2 %
-    # 0.5 % of the Gaussians are born in 1/30 of the clip; measured: 0.05 % of the strokes.
-    assert np.diff(nums).mean() <= 0.005 * 2000
+    assert max(shares) < 0.005  # measured: 0.1 to 0.41 %; asked for: at most 2 %
+    # 0.5 % of the Gaussians are born in 1/30 of the clip; measured: 0.2 % of the strokes.
+    assert np.diff(nums).mean() <= 0.005 * 500
