@@ -10,11 +10,13 @@ if "PYTEST_XDIST_WORKER" in os.environ:  # before NumPy is there: processes shar
 
 from hypothesis import settings
 
+import tests.kit.kept
+
 # In one place for all folders: a session has one browser.
 from tests.chromium import browser, open_page, open_shared_page  # noqa: F401
 
-# Commands of tests keep nothing on disk, and find nothing there.
-os.environ["BRUSHGS_CACHE"] = "off"
+# Commands of one session of tests share what they keep.
+tests.kit.kept.share()
 
 # A shell that runs the tests in the background has them ignore Ctrl-C, nohup has them ignore the end of the
 # terminal, and so do all programs that they start. Tests that send these signals want them heard.
@@ -34,6 +36,12 @@ gc.disable()
 
 def pytest_collection_finish():
     """From here on garbage is collected as ever, among what tests make."""
+    tests.kit.kept.guard()  # pytest itself has replaced what it replaces
     gc.collect()
     gc.freeze()
     gc.enable()
+
+
+def pytest_unconfigure():
+    """Removes what the session kept."""
+    tests.kit.kept.remove()

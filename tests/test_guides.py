@@ -12,7 +12,6 @@ import brushgs as bg
 from brushgs.cli import main
 from brushgs.cli.parser import COMMANDS as NAMES
 from brushgs.formats.pictures.images import write_frame
-from brushgs.pipeline.kept import FOLDER
 from brushgs.values.frame import Frame
 from brushgs.values.style import StyleEdit
 from tests.clips import save_clip
@@ -121,7 +120,6 @@ def test_many_commands_of_the_guides_are_run():
 @pytest.mark.parametrize("line", RUN)
 def test_a_command_of_the_guides_runs(line, folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
-    monkeypatch.setenv(FOLDER, str(folder / ".kept"))  # of one scene, as it is with users
     line = PART.sub("9,8,20,10", line.partition(" > ")[0])
     line = FRAMES.sub("3", line).replace("0,1.6,0,0.4", "0,-0.2,0,1")  # a place in this scene
     for word, other in (

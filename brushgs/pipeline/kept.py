@@ -115,8 +115,7 @@ def _parts(value: object) -> Iterator[bytes]:
     elif value is None or isinstance(value, (bool, int, float, np.number)):
         yield repr(value).encode()
     elif isinstance(value, (str, Path)):
-        yield str(value).encode()
-        yield _of_folder(value) if isinstance(value, Path) and value.is_dir() else _of_file(Path(value))
+        yield _of_name(value)
     else:
         items = _items_of(value)
         yield str(len(items)).encode()
@@ -151,6 +150,12 @@ def _files_of(source: SceneSource) -> list[Path]:
     if not all(path.is_dir() or by_suffix(ours, path) for path in files):
         raise Unnamed
     return [*files, *find_beside(source.camera_folders())]
+
+
+def _of_name(value: str | Path) -> bytes:
+    """A text or path, with the state of the file or folder that it names."""
+    is_folder = isinstance(value, Path) and value.is_dir()
+    return str(value).encode() + (_of_folder(Path(value)) if is_folder else _of_file(Path(value)))
 
 
 def _of_file(path: Path) -> bytes:

@@ -452,17 +452,18 @@ def brushgs(*words, cwd, **options):
 PICTURES, FILMS = ["png", "tif", "exr", "jpg", "webp", "avif"], ["mp4", "webm", "gif"]
 PAGES, FILES = ["html", "glb"], ["ply", "sog", "spz", "usda", "usdz"]
 ON_FULL_DISC = [*PICTURES, *FILMS, *PAGES, *FILES]
-# One process for all formats, since it is the start that takes time: each in a folder of its own.
+# One process for all formats, which share strokes and the start that takes time: each in a folder of its own.
 FULL_DISC = """
 import contextlib, io, json, os, sys
 from brushgs import cli
+from brushgs.pipeline.runner import Memory, holding
 
-found = {}
+found, memory = {}, Memory()
 for suffix, words in json.loads(sys.argv[1]).items():
     os.mkdir(suffix)
     os.chdir(suffix)
     out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), holding(memory):
         code = cli.main(words)
     found[suffix] = code, out.getvalue(), err.getvalue(), os.listdir()
     os.chdir("..")

@@ -20,6 +20,7 @@ from brushgs.pipeline import kept
 from brushgs.pipeline.kept import KeptMemory, Store, Unnamed, digest
 from brushgs.pipeline.report import Report
 from brushgs.rendering.plain import plain_views
+from tests.kit.kept import MOST_HASHED, OF_NAME, of_content
 from tests.scenes import save_upright, still_life_of
 
 BARE = ["--strokes", "60", "--size", "64x48"]
@@ -35,6 +36,13 @@ OPTIONS = [
     ("--clean", ["off", "strong"]),
     ("--direction", ["own", "form"]),
 ]
+
+
+@pytest.fixture(autouse=True)
+def _of_users(monkeypatch):
+    """Files count as they do for users, and tests begin without a cache."""
+    monkeypatch.setattr(kept, "_of_name", OF_NAME)
+    monkeypatch.setattr(kept, "MOST_HASHED", MOST_HASHED)
 
 
 @pytest.fixture
@@ -230,3 +238,15 @@ def test_the_command_shows_and_removes_results(folder, scene, tmp_path, capsys, 
     assert not list(folder.iterdir())
     monkeypatch.setenv(kept.FOLDER, "off")
     assert main(["cache"]) == 2
+
+
+def test_tests_share_results_of_equal_files_but_not_of_a_changed_program(tmp_path):
+    files = [tmp_path / folder / name for folder, name in (("a", "x"), ("b", "x"), ("b", "y"), ("c", "x"))]
+    for path in files:
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(b"other" if path.parent.name == "c" else b"same")
+    first, copied, renamed, changed = map(of_content, files)
+    assert copied == first
+    assert len({first, renamed, changed}) == 3
+    assert of_content("text") == OF_NAME("text")
+    assert os.environ[kept.FOLDER] == "off"  # the fixture of this module has replaced two parts
