@@ -1,10 +1,9 @@
 """Separate a subject from its surroundings by lightness, where both are alike in a view.
 
 A dark painting has dark surroundings, and its darks in the subject: the two would merge. So along the outline
-of the subject, in small pictures, its lightness is compared with that of the background, and both move until
-they differ enough. Surroundings keep the values of the painting or become lighter, because strokes with their
-bristles and shadows are darker than the painting anyway. A subject that becomes the lighter of both moves
-alone. The ground that the subject stands on keeps its values.
+of the subject, in small pictures, its lightness is compared with that of the background, and the subject
+moves until they differ enough. Surroundings keep the values of the painting unless the subject alone would
+lose its form. The ground that the subject stands on keeps its values.
 """
 
 from collections.abc import Sequence
@@ -26,7 +25,6 @@ from brushgs.values.sh import base_colors, shift_base_colors
 SIDE, MOST_VIEWS = 160, 3  # pixels of the longer side of the small pictures; maximum number of views
 NEAR = 4  # pixels on each side of an outline
 GAP = 0.22  # target, OKLab lightness; 15 of CIE L* are 0.12 to 0.16, the rest is lost to contours and shade
-OF_STAGE = 0.5  # share of the missing difference that surroundings give by getting lighter; never by darker
 CLEAR = 0.5  # share of the pixels along an outline that counts: those that show least of the other side
 DARKEST, LIGHTEST = 0.08, 0.94  # limits of the new mean lightness of either
 LEGIBLE = 0.38  # minimum mean lightness of a subject: below it, form is lost in black
@@ -94,8 +92,7 @@ def _way(found: Lightness, sign: float) -> tuple[float, float]:
     """The changes that make the subject lighter (sign 1) or darker (sign -1) than the stage."""
     stage, subject, _ = found
     need = max(GAP - sign * (subject - stage), 0.0)
-    share = 1.0 if sign > 0 else 1 - OF_STAGE
-    inside = float(np.clip(subject + sign * share * need, LEGIBLE, LIGHTEST))
+    inside = float(np.clip(subject + sign * need, LEGIBLE, LIGHTEST))
     outside = min(stage, inside - GAP) if sign > 0 else max(stage, inside + GAP)
     outside = float(np.clip(outside, DARKEST, LIGHTEST))
     inside = max(inside, outside + GAP) if sign > 0 else min(inside, outside - GAP)
