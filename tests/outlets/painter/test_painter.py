@@ -73,7 +73,7 @@ def test_strokes_are_those_of_an_unguided_painting(painter, tmp_path, suffix):
     assert len(found["means"]) == len(rows) > 0.9 * NUM_STROKES
     # q and -q are one rotation
     found["quats"] *= np.sign(np.sum(found["quats"] * expected["quats"], axis=1, keepdims=True))
-    # A hash of the position decides the shift of a color: where that rounds to another float32, as 7 of 10
+    # A hash of the position decides the shift of a color: where that rounds to another float32, as 8 of 10
     # do here, there is another one of the same distribution.
     before, shifted = (one.sh[rows, 0].astype(np.float64) for one in (plain, strokes))
     is_same = (np.abs(found["sh"][:, :3] - shifted) < 2e-6).all(axis=1)
