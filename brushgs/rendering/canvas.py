@@ -26,6 +26,7 @@ from brushgs.values.part import Part
 
 if TYPE_CHECKING:
     from brushgs.rendering.day import Day
+    from brushgs.rendering.depth_test import DepthTest
     from brushgs.rendering.layers import PaintedView
     from brushgs.rendering.light import Lamp
     from brushgs.rendering.marks import LaidCoat
@@ -87,16 +88,8 @@ class Canvas:
         """Lay the boxes of a coat; returns its own frame, whose arrays the next call overwrites."""
         if coat.is_flat:
             coat, boxes = coat.drawn_in(boxes, self._camera)
-        more: dict[str, Any] = {}
-        if coat.tolerance is not None and self._frame is not None:
-            from brushgs.rendering.depth_test import DepthTest
-
-            test = DepthTest.by_picture(self._frame, boxes, coat.strokes, sizes=coat.tolerance)
-            if self._is_moving and coat.chains is not None and coat.is_curves:
-                from brushgs.rendering.along_lines import along_lines
-
-                boxes, test = along_lines(boxes, test, coat.chains)
-            more["in_front_of"] = test
+        boxes, test = self._tested(coat, boxes)
+        more: dict[str, Any] = {} if test is None else {"in_front_of": test}
         blend = "cover" if coat.effect is not None else coat.blend
         given = more | {"part": self._painted, "dpi": self._dpi}
         painted = rasterize_with(boxes, self._camera, coat.texture, coat.options, blend=blend, **given)
@@ -123,6 +116,19 @@ class Canvas:
         else:
             self._frame = frame if self._frame is None else _over(frame, self._frame, self._hidden)
         return frame
+
+    def _tested(self, coat: Coat, boxes: Boxes) -> "tuple[Boxes, DepthTest | None]":
+        """The boxes of a coat, and the test that shows them only in front of what is painted already."""
+        if coat.tolerance is None or self._frame is None:
+            return boxes, None
+        from brushgs.rendering.depth_test import DepthTest
+
+        test = DepthTest.by_picture(self._frame, boxes, coat.strokes, sizes=coat.tolerance)
+        if not self._is_moving or not coat.is_curves or coat.chains is None:
+            return boxes, test
+        from brushgs.rendering.along_lines import along_lines
+
+        return along_lines(boxes, test, coat.chains)
 
     def _glaze(self, glaze: Frame) -> None:
         """Multiply what lies below by the colors of a glaze."""
