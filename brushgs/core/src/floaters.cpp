@@ -197,8 +197,7 @@ Pairs touching_pairs(const FloaterQuery<T>& query, const Doubles& opacities, dou
         keys.push_back(std::min(row, other) << 32 | std::max(row, other));
     }
     std::ranges::sort(keys);
-    const auto repeated = std::ranges::unique(keys);
-    keys.erase(repeated.begin(), repeated.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());  // Clang 14 has no std::ranges::unique
     Pairs pairs;
     for (const std::uint64_t key : keys) {
         pairs.a.push_back(static_cast<std::int64_t>(key >> 32));
