@@ -25,12 +25,13 @@ std::vector<double> Surroundings::passed(const std::vector<double>& opacities, c
     const auto own = [&](std::size_t i, std::size_t step) { return step * static_cast<std::size_t>(rows[i]); };
     if (num_others <= kNeighbors) {
         found.resize(width * rows.size());
-        for (std::size_t i = 0; i < rows.size(); ++i) std::copy_n(&neighbors[own(i, width)], width, &found[width * i]);
+        for (std::size_t i = 0; i < rows.size(); ++i)
+            std::copy_n(neighbors.data() + own(i, width), width, found.data() + width * i);
     } else {
         width = std::min(num_others + 1, count);
         found.resize(width * rows.size());
         std::vector<double> places(3 * rows.size()), distances(width * rows.size());
-        for (std::size_t i = 0; i < rows.size(); ++i) std::copy_n(&means[own(i, 3)], 3, &places[3 * i]);
+        for (std::size_t i = 0; i < rows.size(); ++i) std::copy_n(means.data() + own(i, 3), 3, places.data() + 3 * i);
         find_several({means.data(), places.data(), count, rows.size(), width, 3, num_threads}, distances.data(),
                      found.data());
     }
