@@ -8,11 +8,13 @@
 #include "brushgs/components.hpp"
 #include "brushgs/exponentials.hpp"
 #include "brushgs/extent.hpp"
+#include "brushgs/faint.hpp"
 #include "brushgs/key_order.hpp"
 #include "brushgs/moments.hpp"
 #include "brushgs/nearest.hpp"
 #include "brushgs/quats.hpp"
 #include "brushgs/row_loop.hpp"
+#include "brushgs/rows.hpp"
 
 namespace brushgs {
 
@@ -25,11 +27,8 @@ using Rows = std::vector<std::int64_t>;
 constexpr std::size_t kRowsPerItem = 1024;
 constexpr std::size_t kNeighbors = 16;
 constexpr double kFaintest = 0.02;  // opacity at which the visible extent of a Gaussian ends
-// The 99th percentile of the opacities is 0.83 and more in real scenes. If it is below this, the whole scene is
-// faint, and its opacities are scaled up to this.
-constexpr double kStrong = 0.8, kHigh = 0.99;
-constexpr std::int32_t kMany = 6;  // touching neighbors of a core Gaussian (DBSCAN): a dense fog of strays has fewer
-constexpr int kChain = 4;          // longest chain of Gaussians attached to a body
+constexpr std::int32_t kMany = 6;   // touching neighbors of a core Gaussian (DBSCAN): a dense fog of strays has fewer
+constexpr int kChain = 4;           // longest chain of Gaussians attached to a body
 // A smaller group is a body only if it is solid: its opacities sum to kSolid, or kSolidHaze where their mean is below
 // kHaze. The groups around koala and chair sum to at most 1.6 and 3.0 (those above 2 are haze: mean below 0.1), a
 // flower head of the sunflowers to 8, a lamp or leaf of the truck to 3 and more.
@@ -133,13 +132,6 @@ double reach_along(const Visible& extent, const std::array<double, 3>& line) {
         squares += along * along;
     }
     return std::sqrt(squares) * extent.sigmas;
-}
-
-std::vector<std::uint32_t> unmarked(const Marks& marks) {
-    std::vector<std::uint32_t> rows;
-    for (std::size_t i = 0; i < marks.size(); ++i)
-        if (!marks[i]) rows.push_back(static_cast<std::uint32_t>(i));
-    return rows;
 }
 
 Doubles places_of(const auto* means, const std::vector<std::uint32_t>& rows) {
@@ -263,11 +255,9 @@ Marks outside_bodies(const Doubles& opacities, const Pairs& pairs, const Marks& 
 template <class T>
 Doubles gaps_of(const FloaterQuery<T>& query, double radius, const Marks& is_detached,
                 const std::vector<std::int32_t>& groups) {
-    Marks is_attached(query.count);
-    for (std::size_t i = 0; i < query.count; ++i) is_attached[i] = is_detached[i] ? 0 : 1;
-    const auto rows = unmarked(is_attached);
+    const auto rows = marked(is_detached);
     const Near near =
-        nearest_to(places_of(query.means, unmarked(is_detached)), places_of(query.means, rows), 1, query.num_threads);
+        nearest_to(places_of(query.means, marked(is_detached, 0)), places_of(query.means, rows), 1, query.num_threads);
     Doubles least(query.count, std::numeric_limits<double>::infinity()), gaps(query.count);
     for (std::size_t i = 0; i < rows.size(); ++i) {
         double& gap = least[index(groups[rows[i]])];
@@ -275,12 +265,6 @@ Doubles gaps_of(const FloaterQuery<T>& query, double radius, const Marks& is_det
     }
     for (const std::uint32_t row : rows) gaps[row] = least[index(groups[row])];
     return gaps;
-}
-
-template <class T>
-double high_opacity(const T* opacities, std::size_t count) {
-    Doubles values(opacities, opacities + count);
-    return percentile(values, kHigh);
 }
 
 // Of Gaussians with few at the same place.
@@ -292,11 +276,11 @@ Detachment measure_detachment(const FloaterQuery<T>& query) {
     for (std::size_t i = 0; i < query.count; ++i)
         found.areas[i] = found.areas[i] * static_cast<double>(query.opacities[i]) / (extent.radius * extent.radius);
     if (query.count < kFewestRows) return found;
-    const double raise = std::max(std::min(high_opacity(query.opacities, query.count) / kStrong, 1.0), 1e-6);
+    const double raise = faintness(high_opacity(query.opacities, query.count));
     Doubles opacities(query.opacities, query.opacities + query.count);
     for (double& opacity : opacities) opacity /= raise;
     const Marks is_dense = in_dense_cells(query, extent, opacities);
-    const Pairs pairs = touching_pairs(query, opacities, extent.radius, unmarked(is_dense));
+    const Pairs pairs = touching_pairs(query, opacities, extent.radius, marked(is_dense, 0));
     const auto groups = groups_of(pairs, is_dense);
     const Marks is_detached = outside_bodies(opacities, pairs, is_dense, groups);
     const auto num_detached = static_cast<std::size_t>(std::ranges::count(is_detached, 1));
@@ -321,22 +305,13 @@ FloaterLevel level_of(const Detachment& found, double gap, bool is_haze, const s
     return level;
 }
 
-template <class T>
-std::vector<T> taken(const T* values, std::size_t width, const Rows& rows) {
-    std::vector<T> some;
-    some.reserve(width * rows.size());
-    for (const std::int64_t row : rows)
-        some.insert(some.end(), values + width * index(row), values + width * (index(row) + 1));
-    return some;
-}
-
 }  // namespace
 
 template <class T>
 Floaters find_floaters(const FloaterQuery<T>& query, const std::vector<std::int64_t>& first,
                        const std::vector<std::int64_t>& groups) {
-    const auto means = taken(query.means, 3, first), quats = taken(query.quats, 4, first);
-    const auto scales = taken(query.scales, 3, first), opacities = taken(query.opacities, 1, first);
+    const auto means = taken_from(query.means, 3, first), quats = taken_from(query.quats, 4, first);
+    const auto scales = taken_from(query.scales, 3, first), opacities = taken_from(query.opacities, 1, first);
     const Detachment detached = measure_detachment<T>(
         {means.data(), quats.data(), scales.data(), opacities.data(), first.size(), query.num_threads});
     const bool is_haze = query.count > 0 && high_opacity(query.opacities, query.count) < kFaintScene;

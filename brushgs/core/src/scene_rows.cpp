@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "brushgs/features.hpp"
+#include "brushgs/rows.hpp"
 
 namespace brushgs {
 
@@ -465,25 +466,14 @@ void drop_zero_bands(SceneColumns& out) {
     out.sh_terms = used;
 }
 
-std::vector<float> taken_from(const std::vector<float>& column, std::size_t width,
-                              const std::vector<std::uint32_t>& rows) {
-    std::vector<float> some;
-    some.reserve(width * rows.size());
-    for (const std::uint32_t row : rows) {
-        const auto first = column.begin() + static_cast<std::ptrdiff_t>(width * row);
-        some.insert(some.end(), first, first + static_cast<std::ptrdiff_t>(width));
-    }
-    return some;
-}
-
 }  // namespace
 
 GaussianColumns taken(const GaussianColumns& gaussians, const std::vector<std::uint32_t>& rows) {
-    return {taken_from(gaussians.means, 3, rows),
-            taken_from(gaussians.quats, 4, rows),
-            taken_from(gaussians.scales, 3, rows),
-            taken_from(gaussians.opacities, 1, rows),
-            taken_from(gaussians.sh, 3 * gaussians.sh_terms, rows),
+    return {taken_from(gaussians.means.data(), 3, rows),
+            taken_from(gaussians.quats.data(), 4, rows),
+            taken_from(gaussians.scales.data(), 3, rows),
+            taken_from(gaussians.opacities.data(), 1, rows),
+            taken_from(gaussians.sh.data(), 3 * gaussians.sh_terms, rows),
             rows.size(),
             gaussians.sh_terms};
 }

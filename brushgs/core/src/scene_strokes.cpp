@@ -11,6 +11,7 @@
 #include "brushgs/merge.hpp"
 #include "brushgs/moments.hpp"
 #include "brushgs/prune.hpp"
+#include "brushgs/rows.hpp"
 #include "brushgs/solid.hpp"
 #include "brushgs/visible_shares.hpp"
 #include "brushgs/worth.hpp"
@@ -66,13 +67,6 @@ Doubles weights_of(const GaussianColumns& scene, const Shown& shown) {
     return weights;
 }
 
-std::vector<std::uint32_t> marked(const std::vector<std::uint8_t>& marks, std::uint8_t mark = 1) {
-    std::vector<std::uint32_t> rows;
-    for (std::size_t i = 0; i < marks.size(); ++i)
-        if (marks[i] == mark) rows.push_back(static_cast<std::uint32_t>(i));
-    return rows;
-}
-
 // What `brushgs.prune(gaussians, at_least=num_strokes)` keeps.
 SceneColumns pruned(const SceneColumns& scene, const Extent& extent, const StrokeOptions& options) {
     const std::size_t count = scene.count;
@@ -92,9 +86,8 @@ SceneColumns pruned(const SceneColumns& scene, const Extent& extent, const Strok
     return kept;
 }
 
-GaussianColumns merged(const SceneColumns& scene, const StrokeOptions& options, void (*tell)(double share)) {
-    const Extent extent = robust_extent(scene.means.data(), scene.count, kThreads);
-    const double finest = finest_of(scene, extent, options);
+GaussianColumns merged(const GaussianColumns& scene, const Extent& extent, double finest, const StrokeOptions& options,
+                       void (*tell)(double share)) {
     const Shown shown = shown_of(scene, extent, finest);
     std::vector<float> points(kFeatures * scene.count);
     cluster_features<float>({scene.means.data(), scene.scales.data(), scene.sh.data(), scene.count, scene.sh_terms,
@@ -183,12 +176,15 @@ GaussianColumns strokes_of_scene(const SceneColumns& scene, const Extent& extent
                                  void (*tell)(double share)) {
     const SceneColumns kept = pruned(scene, extent, options);
     tell(0.2);
-    const double finest = finest_of(kept, robust_extent(kept.means.data(), kept.count, kThreads), options);
-    GaussianColumns strokes = kept;
+    const Extent extent_kept = robust_extent(kept.means.data(), kept.count, kThreads);
+    const double finest = finest_of(kept, extent_kept, options);
+    GaussianColumns strokes;
     if (kept.count > options.num_strokes) {
-        strokes = merged(kept, options, tell);
+        strokes = merged(kept, extent_kept, finest, options, tell);
         const auto rows = marked(worth_keeping(query_of(strokes, finest)));
         if (!rows.empty()) strokes = taken(strokes, rows);
+    } else {
+        strokes = kept;
     }
     const StrokeQuery<float> query = query_of(strokes, finest);
     std::vector<float> scales(3 * strokes.count), opacities(strokes.count);

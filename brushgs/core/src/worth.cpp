@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "brushgs/components.hpp"
-#include "brushgs/extent.hpp"
+#include "brushgs/faint.hpp"
 
 namespace brushgs {
 
@@ -15,10 +15,9 @@ using Doubles = std::vector<double>;
 using Marks = std::vector<std::uint8_t>;
 using Rows = std::vector<std::int64_t>;
 
-constexpr double kStrong = 0.8, kHigh = 0.99;  // the scene is faint if that percentile of the opacities is lower
-constexpr double kVeil = 0.3, kVeilSize = 2;   // opacity below which, and neighbors' sizes above which it is a veil
-constexpr double kCovered =
-    0.7;  // share of the light stopped by strokes that are not faint; at 0.5 the chair loses 0.1 dB
+constexpr double kVeil = 0.3, kVeilSize = 2;  // opacity below which, and neighbors' sizes above which it is a veil
+// Share of the light stopped by strokes that are not faint. At 0.5 the chair loses 0.1 dB.
+constexpr double kCovered = 0.7;
 // Minimum share of the light stopped by all strokes together, below which they are fog; the second around veils.
 // Without fog the chair, trained on white, stands clear; at 0.3 its upholstery, many veils deep, loses 0.4 dB.
 constexpr double kFog = 0.12, kVeilFog = 0.25;
@@ -127,9 +126,9 @@ void drop_specks(const Surroundings& around, const Doubles& opacities, Marks& ke
 template <class T>
 Marks worth_keeping(const StrokeQuery<T>& strokes) {
     Marks kept(strokes.count, 1);
-    Doubles opacities(strokes.opacities, strokes.opacities + strokes.count), values = opacities;
+    Doubles opacities(strokes.opacities, strokes.opacities + strokes.count);
     if (std::ranges::all_of(opacities, [](double opacity) { return opacity == 0; })) return kept;  // no paint at all
-    const double raise = std::max(std::min(percentile(values, kHigh) / kStrong, 1.0), 1e-6);
+    const double raise = faintness(high_opacity(opacities.data(), opacities.size()));
     for (double& opacity : opacities) opacity = std::min(opacity / raise, 1.0);
     const Surroundings around = surroundings_of(strokes);
     const Marks is_unseen = unseen(around, opacities);
