@@ -106,10 +106,12 @@ def test_up_turns_the_first_view(painter, tmp_path):
     bg.save(still_life_of(1000), tmp_path / "quince.ply")
     dropped(painter, tmp_path / "quince.ply")
     painter.select_option("#dropUp", "+z")
+    wait_until(painter, DONE)
     assert painter.evaluate("window.brushgs.contents.header.up") == [0, 0, 1]
     down = painter.evaluate("window.brushgs.contents.header.camera.viewmat")[4:7]
     assert down[2] < -0.9
     painter.select_option("#dropUp", "-y")
+    wait_until(painter, DONE)
 
 
 def test_after_a_refusal_the_scene_before_can_be_painted_anew(painter, tmp_path):
