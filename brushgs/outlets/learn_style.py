@@ -8,6 +8,7 @@ from brushgs.formats.pictures.images import read_image
 from brushgs.formats.styles import write_style
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.passes.style.dictionary import FEW, MANY
+from brushgs.passes.style.margins import inside_margins
 from brushgs.passes.style.marks import learn_marks
 from brushgs.passes.style.palette import learn_palette
 from brushgs.pipeline.outputs import check_output
@@ -41,6 +42,9 @@ def learn_painting(painting: Path, name: str | None, report: Report, *, small: b
         image = read_image(painting)
         height, width = image.shape[:2]
         stage.did = f"{painting}, {width}x{height} pixels"
+        image = image[inside_margins(image)]
+        if image.shape[:2] != (height, width):
+            stage.did += f", without margins {image.shape[1]}x{image.shape[0]}"
         stage.counts = {"path": str(painting), "width": width, "height": height}
     with report.stage("palette") as stage:
         try:
