@@ -167,7 +167,7 @@ def _stage(
             setting.gaussians,
             setting.cameras,
             stage.ground,
-            (materials.texture, replace(materials.options, relief=None)),
+            (materials.texture, materials.options.as_still()),
         )
         coat, materials = replace(coat, strokes=behind), replace(materials, strokes=strokes)
     coat = replace(coat, normals=stage.normals_of(coat.strokes), is_one_sided=True)

@@ -14,7 +14,7 @@ import numpy as np
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.options import RenderOptions, rasterize_with
+from brushgs.rendering.options import rasterize_with
 from brushgs.rendering.project import Directions
 from brushgs.rendering.relief import canvas_scale
 from brushgs.rendering.wanted import NOTHING, Wanted
@@ -267,12 +267,7 @@ class Painting:
     @classmethod
     def alone(cls, coats: Sequence[Coat]) -> "Painting":
         """Coats without ground and relief, drawn as a still, without tracks (which belong to a path)."""
-
-        def still(options: RenderOptions) -> RenderOptions:
-            lock = "anchor" if options.lock == "track" else options.lock
-            return replace(options, lock=lock, order="depth", relief=None)
-
-        coats = tuple(replace(coat, options=still(coat.options)) for coat in coats)
+        coats = tuple(replace(coat, options=coat.options.as_still()) for coat in coats)
         return cls(coats).with_depth(False)
 
     def canvas(self, camera: Camera, wanted: Wanted = NOTHING) -> "Canvas":

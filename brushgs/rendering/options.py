@@ -96,6 +96,10 @@ class RenderOptions:
         """The same for one view of a path, with these directions."""
         return replace(self, lock=lock)
 
+    def as_still(self) -> "RenderOptions":
+        """The same for a picture that belongs to no path and is not lit, by depth order."""
+        return replace(self, lock="anchor" if self.lock == "track" else self.lock, order="depth", relief=None)
+
     def for_marks(self, texture: Brushes) -> "RenderOptions":
         """The same for marks of another texture, without underpaint and streaks."""
         return replace(self, num_sigmas=texture.fitted_sigmas, underpaint=None, streaks=0.0)
