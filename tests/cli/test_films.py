@@ -8,6 +8,7 @@ import pytest
 import brushgs as bg
 from brushgs.still_life import still_life_camera
 from brushgs.still_life.moving import still_life_moving
+from tests.io.styles import example
 from tests.kit.commands import refused, run, stages_of
 from tests.kit.for_each import for_each
 from tests.scenes import save_upright
@@ -82,3 +83,11 @@ def test_a_note_is_told_once(scene, folder, capsys):
     Path("deformation.pth").write_bytes(b"a network")
     code, _, err = run(capsys, "render", "point_cloud.ply", *SMALL[:-2])
     assert (code, err.count("are moved by the network beside them")) == (0, 1)
+
+
+def test_a_film_in_a_style_has_its_stage(scene, folder, capsys):
+    bg.save_style(example.painting(), "evening.style")
+    oil = "--look", "oil", "--strokes", "80", "--size", "64x48", "--orbit", "3", "--backdrop", "stage"
+    stages = stages_of(capsys, "render", scene, *oil, "--style", "evening.style", "-o", "evening/%d.png")
+    assert stages["backdrop"]["counts"]["strokes"] > 0
+    assert stages["paint"]["counts"]["frames"] == 3
