@@ -7,10 +7,10 @@ the paper. Lights are the bare paper.
 Source: Bousseau et al. 2006 (density of pigment); Gastal and Oliveira 2011 (edge-preserving smoothing).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -33,11 +33,11 @@ ROOM = 0.06  # how far pigment runs beyond the strokes, over the diagonal
 SPILL = 4.0  # inverse of the coverage by strokes from which washes have full strength
 RIM = 0.005  # width over which pigment gathers at the rim of a wash, over the diagonal
 LOSS = 0.024  # width over which a lost outline fades, over the diagonal
-LOST = 0.45  # share of the outline that may be lost; touches over it keep some of that
-LEAST_LOST = 0.15  # score of the darkest that may: against white paper an outline of leather stays
 # Of the coverage blurred over `LOSS` the mean inside, within some widths: up to the first a part is thin, and
-# not lost. Along a straight edge it is 0.85; in a strip as wide as `LOSS`, 0.46.
+# lost on the side of the lamp alone. Along a straight edge it is 0.85; in a strip as wide as `LOSS`, 0.46.
 NEARBY, THIN, THICK = 2.0, 0.55, 0.75
+SIDED, LIT = 0.25, (0.6, 2.0)  # of `LOSS`: blur by which sides of thin parts differ; and how far at its slope
+FROM_ABOVE = -0.57, -0.57  # direction to the lamp in pictures, where none is known
 ROOM_SOLID = 12.0  # see `Key`: a room has no holes, windows are strokes of little opacity
 # Holes in the paint of a room: reach of the colors that fill them, over the diagonal, and the share of paint
 # within it up to which a hole is open and stays bare, and from which it is closed.
@@ -120,7 +120,7 @@ class Washes:
     grain: float = 0.15
     light: tuple[float, ...] = (0.12, 0.07)
     light_noise: tuple[float, ...] = (0.012, 0.02)
-    lost: tuple[float, ...] = (0.45, 0.12, 0.10, 0.35)
+    lost: tuple[float, ...] = (0.45, 0.12, 0.15, 0.25)
     most: float = 2.9
 
     def numbers(self) -> F64:
@@ -152,6 +152,7 @@ class WetLayer(_Running):
         is_room: whether the scene fills the picture, which then has a ragged border and no lost outlines.
         washes: parameters of mixing.
         smoothing: of the three washes.
+        towards: unit vector toward the lamp, world axes; None if not known.
     """
 
     key: Key
@@ -159,47 +160,33 @@ class WetLayer(_Running):
     is_room: bool = False
     washes: Washes = field(default=Washes())
     smoothing: tuple[Wash, Wash, Wash] = WASHES
+    towards: tuple[float, ...] | None = None
 
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None", part: Any = None) -> Frame:
         """The wet layer as covering paint: its paper hides the layers below the strokes."""
         return _on_part(self._laid, painted, camera, surface)
 
-    def losing(self, views: Sequence[tuple[Frame, Camera]], share: float = LOST) -> "WetLayer":
-        """The layer that loses this share of the outline in views: the lightest, away from the focus.
-
-        There the paper of the light side runs into that around. Thin and dark parts keep their outlines. The
-        score from which outlines are lost is one number for all frames, and what it is compared with lies in
-        space, so that no outline pops as the camera moves.
-
-        Args:
-            views: pictures of the strokes, with depth.
-            share: 0 to 1; less is lost if the rest of the outline belongs to thin or dark parts.
-        """
-        if self.is_room:
-            return self
-        scores = np.sort(np.concatenate([np.zeros(0), *(self._scores(*view) for view in views)]))[::-1]
-        is_losable = np.isfinite(scores)
-        if not is_losable.any():
-            return self
-        last = min(round(share * len(scores)), int(is_losable.sum())) - 1
-        _, over, by_noise, by_focus = self.washes.lost
-        first = max(float(scores[max(last, 0)]), LEAST_LOST) - over
-        return replace(self, washes=replace(self.washes, lost=(first, over, by_noise, by_focus)))
-
-    def _scores(self, painted: Frame, camera: Camera) -> Array:
-        """[n] scores of the pixels of the outline, see `wet_reference.mix_washes`; -inf at thin parts."""
+    def wet(self, painted: Frame, camera: Camera) -> "Wet":
+        """All that a picture of strokes, with depth, is mixed from, on white."""
         assert painted.depth is not None, "effects have a depth"
         height, width = painted.alpha.shape
         all_of = slice(0, height), slice(0, width)
-        part = _Part(painted.rgb, painted.alpha, painted.depth, *all_of, camera, surface=None)
-        noise, (_, _, tones) = self._parts(part)
-        thick = _losable(painted.alpha, part.diagonal)[1]
-        inside = np.pad(painted.alpha > 0.5, 1, mode="edge")
-        around = inside[:-2, 1:-1] & inside[2:, 1:-1] & inside[1:-1, :-2] & inside[1:-1, 2:]
-        outline = inside[1:-1, 1:-1] & ~around
+        return self._wet(_Part(painted.rgb, painted.alpha, painted.depth, *all_of, camera, surface=None))
+
+    def scores(self, wet: "Wet") -> Array:
+        """[H, W] what lets an outline be lost from a number on: light, noise, and distance from the focus."""
         _, _, by_noise, by_focus = self.washes.lost
-        scores = np.exp(-tones) + by_noise * noise[..., 1] - by_focus * noise[..., 2]
-        return np.asarray(np.where(thick > 0.5, scores, -np.inf)[outline])
+        return np.asarray(
+            np.exp(-wet.parted[2]) + by_noise * wet.noise[..., 1] - by_focus * wet.noise[..., 2]
+        )
+
+    def lost(self, wet: "Wet") -> Array:
+        """[H, W] how far outlines are lost, 0 to 1."""
+        soft, (first, over, *_) = wet.alphas[1], self.washes.lost
+        scores = self.scores(wet)
+        if soft is None:
+            return np.zeros_like(scores)
+        return np.asarray(smoothstep((scores - first) / over) * (1 - smoothstep(2 * soft - 1)))
 
     def stand_in(self, coat: "Coat") -> "Coat":
         """See `Effect`: the strokes in colors mapped by the tone curve."""
@@ -208,16 +195,25 @@ class WetLayer(_Running):
 
     def _laid(self, part: "_Part") -> tuple[Array, Array]:
         """Colors and alpha of a part of a picture."""
+        return self._wet(part).mixed(self.washes)
+
+    def _wet(self, part: "_Part") -> "Wet":
         alpha, dtype = part.alpha, part.rgb.dtype
         noise, parted = self._parts(part)
         blurred = smooth(parted[1].copy(), RIM * part.diagonal)
-        soft = None if self.is_room else _losable(alpha, part.diagonal)[0]
+        soft = None if self.is_room else _losable(alpha, part.diagonal, self._lamp_in(part.camera))
         if self.is_room:
             border = part.cut(ragged_border(*part.shape, dtype.name))
         else:  # washes do not run beyond painted pixels
             border = smoothstep(SPILL * alpha).astype(dtype)
-        sheet = part.grain, border, part.paper
-        return _mixed(parted, blurred, noise, (alpha, soft), sheet, self.washes)
+        return Wet(parted, blurred, noise, (alpha, soft), (part.grain, border, part.paper))
+
+    def _lamp_in(self, camera: Camera) -> tuple[float, float]:
+        """The direction (x, y) to the lamp in a picture, shorter where it lies along the view."""
+        if self.towards is None:
+            return FROM_ABOVE
+        right, down, _ = (camera.viewmat[:3, :3] @ np.array(self.towards)).tolist()
+        return right, down
 
     def _parts(self, part: "_Part") -> tuple[Array, tuple[Array, Array, Array]]:
         """Noise with the focus [h, w, 3], and the washes, see `_parted`."""
@@ -255,16 +251,34 @@ def without_holes(rgb: Array, alpha: Array, solid: float, diagonal: float) -> tu
     return filled, alpha + lift
 
 
-def _losable(alpha: Array, diagonal: float) -> tuple[Array, Array]:
-    """[h, w] 0.5 at outlines that may be lost to 1 where none is, and how thick parts are there, 0 to 1."""
+def _losable(alpha: Array, diagonal: float, lamp: tuple[float, float]) -> Array:
+    """[h, w] 0.5 at outlines that may be lost to 1 where none is; of thin parts only the side of a lamp."""
 
     def blurred(plane: Array, width: float) -> Array:
         return smooth(plane[..., None].copy(), width * diagonal)[..., 0]
 
-    soft = blurred(alpha, LOSS)
+    soft, beside = blurred(alpha, LOSS), np.pad(blurred(alpha, SIDED * LOSS), 1, mode="edge")
     inside = blurred(soft * alpha, NEARBY * LOSS) / np.maximum(blurred(alpha, NEARBY * LOSS), 1e-6)
-    thick = smoothstep((inside - THIN) / (THICK - THIN)).astype(alpha.dtype)
-    return np.asarray(1 - thick * (1 - soft)), thick
+    slope = lamp[0] * (beside[1:-1, 2:] - beside[1:-1, :-2]) + lamp[1] * (
+        beside[2:, 1:-1] - beside[:-2, 1:-1]
+    )
+    lit = smoothstep(LIT[0] - LIT[1] * SIDED * LOSS * diagonal * slope)
+    may_be = np.maximum(smoothstep((inside - THIN) / (THICK - THIN)), lit).astype(alpha.dtype)
+    return np.asarray(1 - may_be * (1 - soft))
+
+
+class Wet(NamedTuple):
+    """What a layer is mixed from, see `wet_reference.mix_washes`."""
+
+    parted: tuple[Array, Array, Array]
+    blurred: Array
+    noise: Array
+    alphas: tuple[Array, Array | None]
+    sheet: tuple[Array | None, Array | None, Array | None]
+
+    def mixed(self, washes: Washes) -> tuple[Array, Array]:
+        """Colors [H, W, 3] and alpha [H, W] of covering paint."""
+        return _mixed(self.parted, self.blurred, self.noise, self.alphas, self.sheet, washes)
 
 
 @dataclass(frozen=True)

@@ -66,6 +66,12 @@ class Drawing:
         straight = np.clip(plain.straight_colors(), 0, 1).reshape(-1, 3).astype(np.float64)
         self.plain: F64 = lab_of(straight)[:, 0].reshape(self.subject.shape)
 
+    def painted(self, name: str) -> Mask:
+        """[H, W] what the strokes of a coat cover by half, as soft paint."""
+        painting = self.found.painting
+        (coat,) = (replace(one, effect=None) for one in painting.coats if one.name == name)
+        return replace(painting, coats=(coat,), surface=None).frame(self.found.camera).alpha > 0.5
+
     @property
     def lab(self) -> F64:
         """[H, W, 3] of the drawing."""
@@ -118,8 +124,9 @@ def watercolour(drawing: Drawing) -> list[str]:
     assert surface is not None, "watercolour has a paper"
     paper = lab_of(surface.rgb.reshape(-1, 3).astype(np.float64)).reshape(lab.shape)
     white = float((np.linalg.norm(lab - paper, axis=2) < SAME).mean())
-    lost = lost_share(lab, drawing.subject)
-    return [f"{white:.0%}", f"{np.percentile(lab[..., 0], 2):.0f}", "-" if lost is None else f"{lost:.0%}"]
+    outlines = drawing.subject, drawing.painted("wash")
+    lost = ("-" if (share := lost_share(lab, one)) is None else f"{share:.0%}" for one in outlines)
+    return [f"{white:.0%}", f"{np.percentile(lab[..., 0], 2):.0f}", *lost]
 
 
 def lost_share(lab: F64, subject: Mask) -> float | None:
@@ -172,7 +179,7 @@ FIGURES: dict[str, tuple[Callable[[Drawing], list[str]], str]] = {
         "median L*, black, regions, hatch px, middle hatched, flecks, SVG dB, MB",
     ),
     "hatching": (svg, "SVG dB, MB"),
-    "watercolour": (watercolour, "paper, darkest 2 % L*, outline lost"),
+    "watercolour": (watercolour, "paper, darkest 2 % L*, outline lost, of strokes"),
     "stippling": (svg, "SVG dB, MB"),
 }
 WITH_SVG = {"ink", "hatching", "stippling"}

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from brushgs.core.threads import at_most
+from brushgs.pipeline.media.looking import looked_at
 from brushgs.rendering import wet_reference as reference
 from brushgs.rendering.effect import positions_of
 from brushgs.rendering.space_noise import FINEST, OCTAVES, Anchor, space_noise
@@ -166,25 +167,50 @@ def test_a_room_ends_in_a_ragged_border_of_paper():
         border[0] = 1
 
 
-def test_the_lightest_part_of_an_outline_is_lost_and_what_is_thin_or_dark_keeps_it():
-    """A disc, lighter to the right, and a light strip beside it, of one hue."""
-    camera, white = camera_of(120, 240), np.ones(3)
-    y, x = np.mgrid[:120, :240]
-    strip = (abs(x - 200) < 2) & (abs(y - 60) < 50)
-    alpha = (strip | (np.hypot(x - 90, y - 60) < 50)).astype(np.float64)
-    light = np.where(strip, 0.7, 0.05 + 0.65 * np.clip((x - 40) / 100, 0, 1))
+def left_of(alpha: np.ndarray, light: np.ndarray, towards: tuple[float, float, float] | None = None):
+    """How much of the tone is left where outlines are lost, and the layer."""
     frame = Frame((light * alpha)[..., None] * (1.0, 0.98, 0.96), alpha, 4 * alpha)
-    layer = WetLayer(Key(0.05, 0.95), Anchor((0, 0, 4), 4.0, (0, -50, 4), 1.0, seed=3), False)
-    whole = replace(layer, washes=replace(layer.washes, lost=(9.0, *layer.washes.lost[1:])))
-    before, after = (
-        1 - one(frame, camera, None).over(white).mean(axis=2)
-        for one in (whole, layer.losing([(frame, camera)]))
+    camera, white = camera_of(*alpha.shape), np.ones(3)
+    layer = WetLayer(
+        Key(0.05, 0.95), Anchor((0, 0, 4), 4.0, (0, -50, 4), 1.0, seed=3), False, towards=towards
     )
-    left = after / np.maximum(before, 1e-9)
+    found = looked_at(layer, [(frame, camera)])
+    whole = replace(found, washes=replace(found.washes, lost=(9.0, *found.washes.lost[1:])))
+    before, after = (1 - one(frame, camera, None).over(white).mean(axis=2) for one in (whole, found))
+    return after / np.maximum(before, 1e-9), found
+
+
+def test_the_lightest_part_of_an_outline_is_lost_and_the_dark_keeps_it():
+    """A disc, lighter to the right."""
+    y, x = np.mgrid[:120, :240]
+    alpha = (np.hypot(x - 90, y - 60) < 50).astype(np.float64)
+    left, _ = left_of(alpha, 0.05 + 0.65 * np.clip((x - 40) / 100, 0, 1))
     assert left[60, 136:138].max() < 0.5  # beside the outline, in the light
     assert left[60, 44:48].min() > 0.75  # likewise in the dark
     assert left[60, 48:120].min() > 0.9
-    assert left[60, 199:202].min() > 0.98
+
+
+def test_thin_parts_lose_the_side_of_the_lamp_alone():
+    """An upright bar of one tone, and a disc that is darker."""
+    y, x = np.mgrid[:240, :480]
+    bar, disc = (abs(x - 400) < 7) & (abs(y - 120) < 100), np.hypot(x - 150, y - 120) < 80
+    alpha, light = (bar | disc).astype(np.float64), np.where(bar, 0.6, 0.15)
+    for towards, lit, shaded in (((-0.8, 0, -0.6), 395, 405), ((0.8, 0, -0.6), 405, 395)):
+        left, _ = left_of(alpha, light, towards)
+        assert left[120, lit] < 0.4
+        assert left[120, shaded] > 0.85
+
+
+def test_darks_of_a_small_subject_get_dark_by_rank():
+    """The darkest 2 % of the picture are a third of a disc of middle tones; a dark disc stays as it is."""
+    y, x = np.mgrid[:240, :480]
+    tones = {}
+    for radius, darkest in ((48, 0.4), (110, 0.05)):
+        alpha = (np.hypot(x - 200, y - 120) < radius).astype(np.float64)
+        light = np.where(x < 200 - radius / 4, darkest, 0.75)
+        _, tones[radius] = left_of(alpha, light)
+    assert tones[110].key == Key(0.05, 0.95)
+    assert tones[48].key.gamma > 1.2 * tones[110].key.gamma
 
 
 def test_the_night_behind_a_window_is_no_bare_paper_but_what_no_paint_surrounds_is():

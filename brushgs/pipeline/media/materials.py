@@ -61,6 +61,7 @@ class Materials:
         contour: how the lines of styles look; None without.
         cameras: of the job, or none.
         sight: the views of the job; None if the medium does not look at them.
+        towards: [3] unit vector toward the lamp, world axes; None if not known.
     """
 
     strokes: Gaussians
@@ -74,6 +75,7 @@ class Materials:
     contour: Contour | None = None
     cameras: Sequence[Camera] = ()
     sight: "Sight | None" = None
+    towards: "F64 | None" = None
 
     @cached_property
     def paper(self) -> Color:

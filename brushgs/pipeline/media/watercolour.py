@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from brushgs.options.media import Watercolour
+from brushgs.pipeline.media.looking import kept_by, looked_at
 from brushgs.pipeline.media.materials import BACKDROP, Materials, numbers_of, scaled
 from brushgs.pipeline.media.wetting import Settled
 from brushgs.rendering.coat import Coat
@@ -35,11 +36,15 @@ def watercolour(materials: Materials) -> list[Coat]:
     """The coats of a watercolour."""
     media, strokes = numbers_of(Watercolour, materials), materials.strokes
     settled = Settled.of(materials, paper=media.paper)
-    layer = WetLayer(settled.key, settled.anchor, settled.is_room, _washes(media)).losing(settled.views)
+    lamp = None if materials.towards is None else tuple(materials.towards.tolist())
+    layer = WetLayer(settled.key, settled.anchor, settled.is_room, _washes(media), towards=lamp)
+    layer = looked_at(layer, settled.views)
+    settled = replace(settled, key=layer.key)
     coats = [replace(materials.smudge("wash", strokes), effect=layer)]
     rows = _touched(materials, settled, media.touches)
     if len(rows):
-        touches = _touches(strokes.take(rows), settled, media.marks)
+        chosen = strokes.take(rows)
+        touches = _touches(chosen, settled, media.marks * kept_by(layer, settled.views, chosen.means))
         coats.append(materials.glaze("touches", touches, dry=media.dry))
     for coat in materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry):
         focus = in_focus(settled.anchor.distances(coat.strokes.means))
@@ -106,7 +111,7 @@ def _touched(materials: Materials, settled: Settled, count: int) -> Rows:
     return np.sort(order[kept])
 
 
-def _touches(strokes: Gaussians, settled: Settled, opacity: float) -> Gaussians:
+def _touches(strokes: Gaussians, settled: Settled, opacity: F64) -> Gaussians:
     """Strokes as loose marks of about one length in the picture, keyed, fainter at the focus."""
     solid = 1 - 0.7 * in_focus(settled.anchor.distances(strokes.means))
     lengths: F64 = strokes.scales.astype(np.float64).max(axis=1)

@@ -21,7 +21,7 @@ SIDE, MOST_VIEWS = 480, 3  # longer side of the pictures, pixels, and their numb
 DARKS = 2.0  # percent of the painted pixels that become the darkest
 LEAST_RANGE = 0.15  # of luma: a scene of one tone is not stretched
 WHITE, LIFT = 0.95, 0.45  # luma of white things, and how far that of the paper moves towards it for objects
-REACH = 0.17  # of the picture's diagonal in the depth of the focus
+REACH, OF_SUBJECT = 0.17, 0.9  # of the focus, at most: of the picture's diagonal, and of the subject's radius
 CENTERED = 0.35  # of the picture: standard deviation of the preference for its middle
 
 
@@ -112,4 +112,6 @@ def _anchor_in(frame: Frame, camera: Camera) -> Anchor:
     a, b, c = point.tolist()
     scale = float(np.median(frame.depth[frame.alpha > IS_PAINTED]))
     focal = float(np.sqrt(camera.K[0, 0] * camera.K[1, 1]))
-    return Anchor((a, b, c), scale, (a, b, c), REACH * depth * diagonal / focal)
+    radius = float(np.sqrt((frame.alpha > IS_PAINTED).sum() / np.pi))
+    reach = min(REACH * diagonal, OF_SUBJECT * radius) * depth / focal
+    return Anchor((a, b, c), scale, (a, b, c), reach)

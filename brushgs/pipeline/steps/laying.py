@@ -160,6 +160,7 @@ def materials(
     contour: Contour | None,
     cameras: Sequence[Camera],
     sight: Sight | None,
+    site: "Site | None",
 ) -> Materials:
     """The materials of the medium."""
     behind, config = shown_ground(colored_ground, background), painted_with
@@ -175,6 +176,7 @@ def materials(
         contour,
         cameras,
         sight,
+        None if site is None else site.towards,
     )
 
 

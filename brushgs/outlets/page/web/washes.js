@@ -20,7 +20,7 @@ function makeWashes(effect, { width, height, colors, depths }, camera) {
   const alpha = filled(new Float32Array(count), (i) => colors[4 * i + 3]);
   const noise = spaceNoise(depths, camera, effect.anchor);
   const size = { width, height, count, diagonal };
-  const laid = effect.key ? wetLayer(effect, size, colors, alpha, noise) : shadowWash(size, colors, alpha, noise);
+  const laid = effect.key ? wetLayer(effect, size, colors, alpha, noise, camera) : shadowWash(size, colors, alpha, noise);
   return mixed(effect, size, laid, noise, depths);
 }
 
@@ -38,7 +38,7 @@ function raggedBorder({ width, height, count, diagonal }) {
   return filled(inside.slice(), (i) => smoothed((inside[i] - 0.025 - 0.007 * flow[i]) / 0.004));
 }
 
-function wetLayer({ key, washes, smoothing, isRoom }, size, colors, alpha, noise) {
+function wetLayer({ key, washes, smoothing, isRoom, towards }, size, colors, alpha, noise, { viewmat }) {
   const { width, height, count, diagonal } = size, { flow, slow, distances } = noise;
   const keyed = keyColors(key, isRoom ? withoutHoles(colors, key.solid, size) : colors, count);
   const focus = filled(new Float32Array(count), (i) =>
@@ -75,7 +75,8 @@ function wetLayer({ key, washes, smoothing, isRoom }, size, colors, alpha, noise
     }
   });
   const [first, range, noiseShare, focusShare] = washes.lost;
-  const soft = isRoom ? null : losable(alpha, size);
+  const lamp = towards ? [0, 4].map((row) => dot3(viewmat.subarray(row), towards)) : SHARED.WET_FROM_ABOVE;
+  const soft = isRoom ? null : losable(alpha, size, lamp);
   const strength = isRoom ? raggedBorder(size) : filled(new Float32Array(count), (i) => {
     const score = Math.exp(-tones[i]) + noiseShare * slow[i] - focusShare * focus[i];
     const lost = smoothed((score - first) / range) * (1 - smoothed(2 * soft[i] - 1));
@@ -84,15 +85,20 @@ function wetLayer({ key, washes, smoothing, isRoom }, size, colors, alpha, noise
   return { densities, tones, focus, strength, cover: alpha.map((value) => smoothed(2 * (value - 0.4))) };
 }
 
-/** 0.5 at outlines that may be lost to 1 where none is: `_losable`. */
-function losable(alpha, size) {
-  const nearby = SHARED.WET_NEARBY, [thin, whole] = SHARED.WET_THICK;
-  const blurred = (plane, width) => smoothPlanes(plane.slice(), 1, size, width * WET_LOSS * size.diagonal);
-  const soft = blurred(alpha, 1), covered = blurred(alpha, nearby);
+/** 0.5 at outlines that may be lost to 1 where none is, of thin parts only the side of a lamp: `_losable`. */
+function losable(alpha, size, [right, down]) {
+  const { width, height, diagonal } = size, nearby = SHARED.WET_NEARBY, [thin, whole] = SHARED.WET_THICK;
+  const sided = SHARED.WET_SIDED, [base, rate] = SHARED.WET_LIT, gain = rate * sided * WET_LOSS * diagonal;
+  const blurred = (plane, wide) => smoothPlanes(plane.slice(), 1, size, wide * WET_LOSS * diagonal);
+  const soft = blurred(alpha, 1), covered = blurred(alpha, nearby), beside = blurred(alpha, sided);
   const inside = blurred(soft.map((one, i) => one * alpha[i]), nearby);
   return soft.map((one, i) => {
     const thick = smoothed((inside[i] / Math.max(covered[i], 1e-6) - thin) / (whole - thin));
-    return 1 - thick * (1 - one);
+    const x = i % width, y = (i - x) / width, row = i - x;
+    const across = beside[row + Math.min(x + 1, width - 1)] - beside[row + Math.max(x - 1, 0)];
+    const along = beside[Math.min(y + 1, height - 1) * width + x] - beside[Math.max(y - 1, 0) * width + x];
+    const lit = smoothed(base - gain * (right * across + down * along));
+    return 1 - Math.max(thick, lit) * (1 - one);
   });
 }
 
