@@ -20,10 +20,11 @@ DARK, DARKEST = 26.0, 2.0  # L* below which this percentage of a picture is to b
 # Of the tone curve, tried in this order until it is: factor of its exponent, and share of its range that gets
 # as dark as its darkest.
 CURVES = (1.0, 0.0), (1.1, 0.02), (1.3, 0.05), (1.5, 0.1), (1.7, 0.16), (1.9, 0.22), (2.1, 0.28)
-LOST = 0.33  # share of the outline that is lost
+LOST = 0.38  # share of the outline of washes that is lost; touches and grain keep some
 LEAST_LOST = 0.07  # score of the darkest that may be
 FAINT = 6.0  # CIELAB: difference across an outline up to which it is lost
-ACROSS = 0.0036  # of the diagonal: from an outline to what is compared across it
+SOLID = 0.25  # least coverage by strokes inside of an outline: there washes have half of their strength
+ACROSS = 0.0036  # of the diagonal, at least 1.5 px: from an outline to what is compared across it
 SMOOTH = 0.0018, 0.0014  # of the diagonal: blur of an outline for its direction, and of what is compared
 STEPS = 7  # of the bisection of ranks
 
@@ -98,13 +99,13 @@ class _Outline:
     @classmethod
     def of(cls, alpha: Array) -> "_Outline":
         """In a picture with this coverage [H, W]."""
-        diagonal, inside = float(np.hypot(*alpha.shape)), np.pad(alpha > 0.5, 1, mode="edge")
+        diagonal, inside = float(np.hypot(*alpha.shape)), np.pad(alpha > SOLID, 1, mode="edge")
         soft = ndimage.gaussian_filter(inside.astype(np.float64), SMOOTH[0] * diagonal)
         slopes = np.stack(np.gradient(soft))[:, 1:-1, 1:-1]
         steep = np.hypot(*slopes)
         is_edge = (inside & ~ndimage.binary_erosion(inside, border_value=1))[1:-1, 1:-1] & (steep > 1e-6)
         edge = np.nonzero(is_edge)
-        step = ACROSS * diagonal * slopes[:, *edge] / steep[edge]
+        step = max(ACROSS * diagonal, 1.5) * slopes[:, *edge] / steep[edge]
         last = np.array(alpha.shape)[:, None] - 1
         inner, outer = (np.clip(np.rint(edge + side * step).astype(np.int64), 0, last) for side in (1, -1))
         return cls(edge, (tuple(inner), tuple(outer)), SMOOTH[1] * diagonal)
