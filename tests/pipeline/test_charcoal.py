@@ -113,7 +113,10 @@ def test_value_errors_are_what_masses_lack_to_a_line_of_those_of_the_scene():
     kernel, scene = StrokeTexture.open("gaussian"), bands(0.1, 0.5, 0.6)
     options = RenderOptions.of(kernel)
     materials = Materials(scene, kernel, options, Charcoal(), ColorConfig(), None, cameras=[camera])
-    assert abs(value_errors(materials, [materials.smudge("as it is", scene)])).max() < 0.01
-    left, middle, right = value_errors(materials, [materials.smudge("dark", bands(0.1, 0.2, 0.6))])
+    as_it_is, found = value_errors(materials, [materials.smudge("as it is", scene)], 40)
+    assert abs(as_it_is).max() < 0.01
+    (left, middle, right), _ = value_errors(materials, [materials.smudge("dark", bands(0.1, 0.2, 0.6))], 40)
     assert middle > 0.05
     assert max(left, right) < 0
+    opened, _ = value_errors(materials, [materials.smudge("as it is", scene)], 1.2 * found)
+    assert opened[0] < opened[1] < -0.01 < opened[2]  # the darks get darker, the lights stay

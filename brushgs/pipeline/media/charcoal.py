@@ -53,6 +53,9 @@ BARE = 0.55  # of the way from the paper to chalk that a rubber takes a rubbed p
 CHALK = (0.98, 0.97, 0.94)
 WHITE_PAPER = 0.93  # OKLab lightness from which chalk would not show
 CORRECTIONS, CORRECTED = 2, 0.8  # of values by squinting, and the share of an error that each takes away
+# Range of values, L*, of strokes below which corrections open them, before a stage and without; and the most
+# corrections without a stage, which would open them further.
+OPENED, OPENED_ALONE, MOST_CORRECTIONS = 42.0, 52.0, 4
 COUNTERED = 0.75  # darkness that counterchange adds and takes
 STAGE, STAGE_BORDER = 1.5, 0.1  # darkness of the masses around a subject, and their margin in the picture
 LIGHTEST_STAGE, DARKEST_STAGE = 0.2, 0.8  # share of a stage that stays light, and its darkest share of black
@@ -68,9 +71,12 @@ def charcoal(materials: Materials) -> list[Coat]:
     tone, soft = (_tones(materials, local) for local in (materials.color.local, 0.0))
     borders = _borders(masses(materials.strokes, soft, materials.areas), materials.areas)
     coats = _coats(materials, tone, soft, borders)
-    for _ in range(CORRECTIONS):
-        missing = CORRECTED * value_errors(materials, coats)
-        tone, soft = tone + missing, soft + missing
+    least = OPENED_ALONE if materials.is_bare else OPENED
+    for number in range(MOST_CORRECTIONS if materials.is_bare else CORRECTIONS):
+        missing, found = value_errors(materials, coats, least)
+        if number >= CORRECTIONS and found >= least:
+            break
+        tone, soft = tone + CORRECTED * missing, soft + CORRECTED * missing
         coats = _coats(materials, tone, soft, borders)
     return coats
 

@@ -62,6 +62,7 @@ class Materials:
         cameras: of the job, or none.
         sight: the views of the job; None if the medium does not look at them.
         towards: [3] unit vector toward the lamp, world axes; None if not known.
+        is_bare: whether no stage lies behind the strokes.
     """
 
     strokes: Gaussians
@@ -76,6 +77,7 @@ class Materials:
     cameras: Sequence[Camera] = ()
     sight: "Sight | None" = None
     towards: "F64 | None" = None
+    is_bare: bool = False
 
     @cached_property
     def paper(self) -> Color:

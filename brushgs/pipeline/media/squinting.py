@@ -15,38 +15,45 @@ from brushgs.rendering.options import RenderOptions, project_with, rasterize_wit
 from brushgs.rendering.visibility import painted_sums
 from brushgs.values.arrays import F64, Array
 
-RANGE, MOST_OPENED = 42.0, 1.5  # of values, L*, below which a drawing is opened, and how far at once
+MOST_OPENED = 1.5  # how far a drawing of too few values is opened at once
 SOLID = 0.5  # coverage of the pixels whose lights stay
 LEAST_SPREAD = 1e-3  # of squinted lightness: a scene of one value has nothing to correct
 
 
-def value_errors(materials: Materials, coats: Sequence[Coat]) -> F64:
+def value_errors(materials: Materials, coats: Sequence[Coat], least: float) -> tuple[F64, float]:
     """How much too dark a drawing is at each stroke, for the half-closed eye.
 
     Both the strokes as soft paint and the drawing are blurred as by `Squint`, over the strokes alone. The
     values to reach are a linear function of those of the strokes: mean and contrast stay those of the
-    drawing, the order of its masses becomes that of the scene. Where the drawing on its paper has less than
-    `RANGE`, its darks get darker, at most `MOST_OPENED` times as far from its lights.
+    drawing, the order of its masses becomes that of the scene. Where the drawing on its paper has less than a
+    range, its darks get darker, at most `MOST_OPENED` times as far from its lights.
 
     Args:
         materials: N strokes, and the views of the job.
         coats: of the drawing.
+        least: range of values, L*, that it is to have.
 
     Returns:
-        [N] L* / 100 that is missing, mean over small views by what they show of a stroke; 0 if none does.
+        [N] L* / 100 that is missing, mean over small views by what they show of a stroke, 0 if none does; and
+        the mean range of the drawing in these.
     """
     strokes, kernel, painting = materials.shown, StrokeTexture.open("gaussian"), Painting.alone(tuple(coats))
     options, paper = RenderOptions.of(kernel), np.asarray(materials.paper)
     missing, areas = np.zeros(len(strokes)), np.zeros(len(strokes))
+    ranges: list[float] = []
     for camera in some_small(materials.cameras, MOST_VIEWS, SIDE):
         boxes, _ = project_with(strokes, camera, options)
         plain, drawn = rasterize_with(boxes, camera, kernel, options), painting.frame(camera)
         opaque = drawn.rgb + (1 - drawn.alpha)[..., None] * paper
-        away = _away(plain.alpha.astype(np.float64), _light(plain.straight_colors()), _light(opaque))
+        light = _light(opaque)
+        low, high = np.percentile(squinted(light), (LOW, HIGH))
+        ranges.append(100 * float(high - low))
+        opened = float(np.clip(least / max(ranges[-1], 1e-7), 1, MOST_OPENED))
+        away = _away(plain.alpha.astype(np.float64), _light(plain.straight_colors()), light, opened)
         sums, shares = painted_sums(boxes, kernel, np.repeat(away[..., None], 3, axis=2), np.ones_like(away))
         add_rows(missing, boxes.ids, sums[:, 0].astype(np.float64))
         add_rows(areas, boxes.ids, shares.astype(np.float64))
-    return np.divide(missing, areas, out=missing, where=areas > 0)
+    return np.divide(missing, areas, out=missing, where=areas > 0), float(np.mean(ranges or least))
 
 
 def _light(rgb: Array) -> F64:
@@ -55,8 +62,8 @@ def _light(rgb: Array) -> F64:
     return np.asarray(lab_of(inside.reshape(-1, 3))[:, 0].reshape(inside.shape[:2]) / 100)
 
 
-def _away(alpha: F64, plain: F64, drawn: F64) -> F64:
-    """[H, W] what squinted values of the drawing lack to the line of those of the strokes."""
+def _away(alpha: F64, plain: F64, drawn: F64, opened: float) -> F64:
+    """[H, W] what squinted values of the drawing lack to the line of those of the strokes, opened by a factor."""
     weight = np.maximum(squinted(alpha), 1e-9)
     aim, found = (squinted(alpha * light) / weight for light in (plain, drawn))
     total = max(float(alpha.sum()), 1e-9)
@@ -65,8 +72,6 @@ def _away(alpha: F64, plain: F64, drawn: F64) -> F64:
     if spread < LEAST_SPREAD**2:
         return np.zeros_like(aim)
     contrast = np.sqrt(float((alpha * (found - mean) ** 2).sum()) / total / spread)
-    low, high = np.percentile(squinted(drawn), (LOW, HIGH))
-    opened = np.clip(RANGE / max(100 * float(high - low), 1e-9), 1, MOST_OPENED)
     aim = mean + contrast * (aim - own)
     lightest = float(np.percentile(aim[alpha > SOLID], HIGH)) if (alpha > SOLID).any() else mean
     return np.asarray(lightest + opened * (aim - lightest) - found)

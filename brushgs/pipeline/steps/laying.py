@@ -319,7 +319,7 @@ def coats(
     report: Report,
 ) -> list[Coat]:
     """The coats of the painting, the first laid first."""
-    first, *others = coats_of(continued)
+    first, *others = coats_of(replace(continued, is_bare=not graded_backdrop))
     unpainted: list[Coat] = []
     if shown_plain is not None and first.effect is not None:  # which changes only what is painted
         nothing = first.strokes.take(np.zeros(0, np.intp))
