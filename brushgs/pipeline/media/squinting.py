@@ -63,7 +63,7 @@ def _light(rgb: Array) -> F64:
 
 
 def _away(alpha: F64, plain: F64, drawn: F64, opened: float) -> F64:
-    """[H, W] what squinted values of the drawing lack to the line of those of the strokes, opened by a factor."""
+    """[H, W] what squinted values of the drawing lack to the line of those of the strokes, opened."""
     weight = np.maximum(squinted(alpha), 1e-9)
     aim, found = (squinted(alpha * light) / weight for light in (plain, drawn))
     total = max(float(alpha.sum()), 1e-9)
