@@ -14,8 +14,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from brushgs.cameras.clumps import TAIL, heaviest_clump
+from brushgs.cameras.clumps import TAIL
 from brushgs.cameras.outline import outline
+from brushgs.core.native import core as _core
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
@@ -36,12 +37,8 @@ FLAT_ELEVATION = radians(40.0)  # default for flat ground
 FLAT_HEIGHT = 0.15  # of height over width: below, a subject is flat
 DEFAULT_FOV_Y = radians(50.0)
 MARGIN = 0.05  # empty share of the picture on each side of the subject
-TIP = 0.15  # interquartile ranges added beyond the `TAIL` quantiles, for ears or chair legs
-# Captured objects span 1.4 to 3.1 interquartile ranges, objects in surroundings (a truck on a plaza, fruit in
-# front of a wall) 3.9 and more: then only the middle is the subject.
-MAX_OBJECT_SPAN = 3.5
-SUBJECT_REACH = 0.9  # interquartile ranges to each side of the median
-MAX_POINTS = 20_000  # for bounds: of larger scenes every n-th Gaussian is used
+# For bounds: of larger scenes every n-th Gaussian is used.
+MAX_POINTS: int = _core.MOST_SUBJECT_ROWS
 NEAR_SHARE = 0.01  # near plane over distance to the subject, to clip floaters in front of the lens
 INSIDE_NEAR_SHARE = 0.002  # near plane over size of the subject, for cameras inside
 PART = 1 / 3  # of the height of the subject, from its top
@@ -282,8 +279,8 @@ def subject(gaussians: Gaussians, *, is_whole: bool = False) -> tuple[NDArray[np
     """Find the subject of a scene, in its heaviest clump.
 
     Quantiles are weighted by opacity; the unit is the largest interquartile range of the three axes. Along
-    each axis the subject lies between the quantiles `TAIL` and 1 - `TAIL`, widened by `TIP` units; if these
-    are more than `MAX_OBJECT_SPAN` units apart, within `SUBJECT_REACH` units of the median.
+    each axis the subject lies between the quantiles `TAIL` and 1 - `TAIL`, widened by 0.15 units; if these
+    are more than 3.5 units apart, within 0.9 units of the median.
 
     Args:
         gaussians: N Gaussians.
@@ -293,21 +290,8 @@ def subject(gaussians: Gaussians, *, is_whole: bool = False) -> tuple[NDArray[np
         [n, 3] centers of at most `MAX_POINTS` Gaussians of the subject, and whether surroundings were
         excluded.
     """
-    means, weights = _sample(gaussians)
-    clump = heaviest_clump(means, weights)
-    if clump is not None:
-        means, weights = means[clump], weights[clump]
-    at = (TAIL, 0.25, 0.5, 0.75, 1 - TAIL)
-    low, q1, median, q3, high = np.transpose([weighted_quantiles(column, weights, at) for column in means.T])
-    unit = (q3 - q1).max()
-    has_surroundings = not is_whole and bool((high - low).max() > MAX_OBJECT_SPAN * unit > 0)
-    if has_surroundings:
-        low = np.maximum(low, median - SUBJECT_REACH * unit)
-        high = np.minimum(high, median + SUBJECT_REACH * unit)
-    else:
-        low, high = low - TIP * unit, high + TIP * unit
-    inside = ((means >= low) & (means <= high)).all(axis=1) & (weights > 0)
-    return means[inside] if inside.any() else means, has_surroundings
+    rows, has_surroundings = _core.find_subject(gaussians.means, gaussians.opacities, is_whole)
+    return gaussians.means[rows].astype(np.float64), has_surroundings
 
 
 def scene_bounds(gaussians: Gaussians) -> NDArray[np.float64]:
@@ -337,10 +321,8 @@ def weighted_quantiles(
     values: NDArray[np.float64], weights: NDArray[np.float64], at: tuple[float, ...]
 ) -> list[float]:
     """Weighted quantiles of `values` at the given shares of the weight."""
-    order = np.argsort(values, kind="stable")
-    total = np.cumsum(weights[order])
-    rows = np.searchsorted(total, np.asarray(at) * total[-1])
-    return [float(v) for v in values[order][np.minimum(rows, len(values) - 1)]]
+    columns = (np.ascontiguousarray(column, np.float64) for column in (values, weights))
+    return list(_core.weighted_quantiles(*columns, at))
 
 
 def camera_axes(up: NDArray[np.float64], azimuth: float, elevation: float) -> NDArray[np.float64]:

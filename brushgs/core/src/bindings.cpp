@@ -360,6 +360,7 @@ NB_MODULE(_core, m) {
     bind_boxes(m);
     bind_layers(m);
     bind_rows(m);
+    bind_views(m);
     def_scenes<float>(m);
     def_scenes<double>(m);
     m.def("cluster_weights", &cluster_weights, "contributions"_a.noconvert(), "detail"_a.noconvert(),

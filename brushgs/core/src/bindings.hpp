@@ -30,6 +30,7 @@ namespace bindings {
 void bind_boxes(nb::module_& m);   // bind_boxes.cpp
 void bind_layers(nb::module_& m);  // bind_layers.cpp
 void bind_rows(nb::module_& m);    // bind_rows.cpp
+void bind_views(nb::module_& m);   // bind_views.cpp
 
 // A C-contiguous array that is read, or written. Without a rank: an attribute [rows] or [rows, channels], or a layer.
 template <class T, std::size_t rank>

@@ -141,6 +141,8 @@ BoxColumns<T> project(const GaussianColumns<T>& gaussians, const ProjectParams& 
 }
 
 template BoxColumns<float> project(const GaussianColumns<float>&, const ProjectParams&);
+#ifndef BRUSHGS_ALONE
 template BoxColumns<double> project(const GaussianColumns<double>&, const ProjectParams&);
+#endif
 
 }  // namespace brushgs

@@ -170,9 +170,11 @@ void rasterize(const RasterParams& whole, const BoxView<T>& boxes, const Picture
 }
 
 template LevelChoice choose_levels<float>(std::size_t, const float*, std::span<const double>, std::span<const double>);
+template void rasterize<float>(const RasterParams&, const BoxView<float>&, const Picture<float>&, Trace<float>*);
+#ifndef BRUSHGS_ALONE
 template LevelChoice choose_levels<double>(std::size_t, const double*, std::span<const double>,
                                            std::span<const double>);
-template void rasterize<float>(const RasterParams&, const BoxView<float>&, const Picture<float>&, Trace<float>*);
 template void rasterize<double>(const RasterParams&, const BoxView<double>&, const Picture<double>&, Trace<double>*);
+#endif
 
 }  // namespace brushgs

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "brushgs/blending.hpp"
+#include "brushgs/first_view.hpp"
 #include "brushgs/quats.hpp"
 #include "brushgs/scene_rows.hpp"
 #include "brushgs/scene_strokes.hpp"
@@ -21,6 +22,7 @@ constexpr auto kLeastAlpha = static_cast<float>(brushgs::kMinAlpha);
 brushgs::SceneColumns scene;  // without floaters
 std::size_t num_read;
 brushgs::Extent extent;
+brushgs::ViewSample sample;
 brushgs::GaussianColumns strokes;
 
 double paint_of(std::size_t row) {
@@ -63,6 +65,8 @@ BRUSHGS_EXPORT(read) bool read(const char* bytes, std::size_t size, bool is_name
     num_read = scene.count;
     brushgs::clean_scene(scene);
     extent = brushgs::robust_extent(scene.means.data(), scene.count, 1);
+    sample = brushgs::take_view_sample<float>({scene.means.data(), scene.quats.data(), scene.scales.data(),
+                                               scene.opacities.data(), scene.sh.data(), scene.count, scene.sh_terms});
     return true;
 }
 
@@ -72,6 +76,23 @@ BRUSHGS_EXPORT(num_gaussians) std::size_t num_gaussians() { return num_read; }
 BRUSHGS_EXPORT(num_dropped) std::size_t num_dropped() { return scene.num_dropped; }
 BRUSHGS_EXPORT(is_antialiased) bool is_antialiased() { return scene.is_antialiased; }
 BRUSHGS_EXPORT(scene_extent) const double* scene_extent() { return extent.center; }  // and the radius after it
+
+// The middle and the radius of the subject; a radius of 0 if nothing with extent is visible.
+BRUSHGS_EXPORT(subject) const double* subject() { return sample.center; }
+
+// Writes the probability that each axis is up, and returns the number of the axis to take.
+BRUSHGS_EXPORT(up) std::size_t up(double* chances) {
+    const auto found = brushgs::up_chances(sample, 1);
+    std::ranges::copy(found, chances);
+    return brushgs::believed_axis(found);
+}
+
+// The azimuth of the first view, radians, by the axes of a level view [3, 3] from azimuth 0.
+BRUSHGS_EXPORT(azimuth) double azimuth(const double* level) {
+    if (sample.count == 0) return 0;
+    const auto front = brushgs::find_front(sample, level, 1);
+    return front.azimuth + front.lean;
+}
 
 // Of a view (the numbers of `PictureView`): its first two become how far the scene reaches, zeros if that is not known.
 BRUSHGS_EXPORT(reach) void reach(double* view) {

@@ -22,6 +22,8 @@ SOURCES = (
             *("scene_rows", "scene_strokes", "extent", "visible_shares", "light_along", "features"),
             *("equal_rows", "floaters", "components", "prune"),
             *("surroundings", "worth", "solid", "broken_color"),
+            *("subject", "view_pictures", "find_up", "find_front", "cpu"),
+            *("project", "project_kernel", "raster", "raster_kernel", "soft_queues", "soft_crowd"),
             *("lloyd", "nearest", "reassign", "merge", "gaps", "coverage", "moments", "groups", "key_order"),
         )
     ),
@@ -29,7 +31,7 @@ SOURCES = (
 FLAGS = (
     *("-target", "wasm32-wasi", "-mexec-model=reactor", "-std=c++20", "-O3", "-msimd128", "-s"),
     *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),  # BRUSHGS_FLAGS of CMakeLists.txt
-    *("-fno-exceptions", "-fno-rtti", "-DBRUSHGS_ALONE"),
+    *("-fno-exceptions", "-fno-rtti", "-DBRUSHGS_ALONE", "-DBRUSHGS_ISA=baseline"),
 )
 LACKING = (
     "painter: the page is compiled by the package ziglang, which is missing; pip install 'brushgs[browser]'"

@@ -1,7 +1,6 @@
 // A page that paints: takes a scene file, has a worker make strokes of it, and shows them. See drop_worker.js.
 
-const UPS = ["-y", "+y", "-z", "+z", "-x", "+x"]; // -y: as most trainers have it
-const FIRST_ELEVATION = (10 / 180) * Math.PI; // of the first view above the horizon
+const UPS = ["+x", "+y", "+z", "-x", "-y", "-z"]; // in the order of the module
 const LEAST_STROKES = 100, MOST_STROKES = 20000;
 
 /** The worker; one task at a time, and a fresh worker after one that was stopped or failed. */
@@ -106,8 +105,16 @@ class Dropping {
         throw error;
       }
       Object.assign(this, { _file: file, _scene: scene });
+      await this._findUp(run);
       await this._paint(run);
     });
+  }
+
+  /** Choose the axis that is most probably up. */
+  async _findUp(run) {
+    const { axis, chances } = await run("up", {});
+    this._up.value = UPS[axis];
+    this._isUpSure = chances[axis] >= this._blank.header.painter.sure;
   }
 
   async _paint(run) {
@@ -116,8 +123,10 @@ class Dropping {
     this._say(`Painting ${this._file.name}: ${this._scene.count.toLocaleString("en")} Gaussians …`, true);
     this._strokes = await run("paint", { strokes: this.strokes, numbers });
     await this._show(run);
-    const { dropped } = this._scene;
-    if (dropped) this.app.panel.say(`${dropped.toLocaleString("en")} rows that cannot be drawn were left out.`);
+    const { dropped } = this._scene, notes = [];
+    if (dropped) notes.push(`${dropped.toLocaleString("en")} rows that cannot be drawn were left out.`);
+    if (!this._isUpSure) notes.push("Which way is up is not sure: choose it above.");
+    if (notes.length) this.app.panel.say(notes.join(" "));
   }
 
   /** Make strokes anew, after the count was changed. */
@@ -155,8 +164,10 @@ class Dropping {
   }
 
   async _show(run) {
-    const view = firstView(this._blank.header, this._scene, upOf(this._up.value));
     await this._remember(run);
+    const horizon = horizonOf(upOf(this._up.value));
+    const { azimuth } = await run("azimuth", { level: orbitAxes(horizon, 0, 0, 0, []) });
+    const view = firstView(this._blank.header, this._scene, horizon, azimuth);
     Object.assign(view, await run("reach", { camera: view.camera }));
     this.app.replace(this._contents(view));
     document.getElementById("dropFields").hidden = false;
@@ -217,9 +228,9 @@ function upOf(axis) {
   return ["x", "y", "z"].map((name) => (axis[1] === name ? (axis[0] === "-" ? -1 : 1) : 0));
 }
 
-/** The keys of a header that say where a scene is seen from: level, from its front, as a whole. */
-function firstView({ camera, painter }, { center, radius }, up) {
-  const axes = orbitAxes(horizonOf(up), 0, FIRST_ELEVATION, 0, new Float64Array(9));
+/** The keys of a header that say where a scene is seen from. `origin` is that of the strokes. */
+function firstView({ camera, painter }, { origin, center, radius }, horizon, azimuth) {
+  const axes = orbitAxes(horizon, azimuth, painter.elevation, 0, new Float64Array(9));
   const distance = painter.distance * radius;
   const viewmat = [0, 1, 2].flatMap((row) => {
     const axis = axes.subarray(3 * row, 3 * row + 3);
@@ -227,7 +238,7 @@ function firstView({ camera, painter }, { center, radius }, up) {
   });
   return {
     camera: { ...camera, viewmat: [...viewmat, 0, 0, 0, 1], near: SHARED.NEAR_SHARE * distance },
-    origin: center, center, up, radius, isInside: false,
+    origin, center, up: horizon.up, radius, isInside: false,
   };
 }
 

@@ -27,9 +27,25 @@ const work = {
       const text = new Uint8Array(core.memory.buffer, core.fault(), core.fault_size());
       return { fault: new TextDecoder().decode(text) };
     }
-    const [x, y, z, radius] = new Float64Array(core.memory.buffer, core.scene_extent(), 4);
+    const ball = (place) => [...new Float64Array(core.memory.buffer, place, 4)];
+    const whole = ball(core.scene_extent()), subject = ball(core.subject());
+    const [x, y, z, radius] = subject[3] > 0 ? subject : whole;
     const [count, dropped] = [core.num_gaussians(), core.num_dropped()];
-    return { count, dropped, antialiased: Boolean(core.is_antialiased()), center: [x, y, z], radius };
+    const antialiased = Boolean(core.is_antialiased());
+    return { count, dropped, antialiased, origin: whole.slice(0, 3), center: [x, y, z], radius };
+  },
+
+  /** The number of the axis that is up, and the probability of each. */
+  up() {
+    return withNumbers(new Array(6).fill(0), (place) => {
+      const axis = core.up(place);
+      return { axis, chances: [...new Float64Array(core.memory.buffer, place, 6)] };
+    });
+  },
+
+  /** The azimuth of the first view, radians, by the axes of a level view from azimuth 0. */
+  azimuth({ level }) {
+    return { azimuth: withNumbers(level, core.azimuth) };
   },
 
   /** How far the scene reaches from the middle of a picture, pixels: [across, down], or null where it holds but few. */

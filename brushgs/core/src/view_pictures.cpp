@@ -1,0 +1,198 @@
+#include "brushgs/view_pictures.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "brushgs/blending.hpp"
+#include "brushgs/extent.hpp"
+#include "brushgs/project.hpp"
+#include "brushgs/raster.hpp"
+#include "brushgs/subject.hpp"
+
+namespace brushgs {
+
+namespace {
+
+// A picture costs 0.2 us per row and hardly anything per pixel. With 100,000 rows up and front of 13 scenes are the
+// same, in 2.5 times the time; probabilities differ by at most 0.03, the chair's by 0.2.
+constexpr std::size_t kMostRows = 30'000;
+constexpr double kFaintest = 0.02;  // opacity: below, haze
+constexpr double kDistance = 4;     // of the camera from the middle, in radii
+constexpr double kFilled = 0.95;    // share of the picture filled by the sphere around the sample
+constexpr double kNear = 0.02;      // radii
+constexpr double kLowPass = 0.3;    // pixels squared, as in training
+// Sizes (geometric mean of the two larger scales, over the radius) shown as shades 0 and 1.
+constexpr double kFinest = 1e-4, kCoarsest = 0.3;
+constexpr double kClipped = 0.999;  // quantile at which weights are clipped, against a few huge Gaussians
+
+BoxColumns<float> boxes_of(const ViewSample& sample, const ViewCamera& camera) {
+    ProjectParams params{};
+    for (std::size_t row = 0; row < 3; ++row) std::copy_n(&camera.axes[3 * row], 3, params.view.viewmat + 4 * row);
+    params.view.viewmat[11] = kDistance;
+    params.view.fx = params.view.fy = camera.focal();
+    params.view.width = params.view.height = camera.side;
+    params.view.cx = params.view.cy = 0.5 * camera.side;
+    params.view.near = kNear;
+    params.num_sigmas = kGaussianSigmas;
+    params.low_pass = kLowPass;
+    params.num_threads = 1;
+    return project<float>({sample.means.data(), sample.quats.data(), sample.scales.data(), sample.opacities.data(),
+                           sample.sh.data(), sample.count, 1},
+                          params);
+}
+
+SmallPicture paint(const BoxColumns<float>& boxes, int side, bool with_depth) {
+    const auto length = static_cast<std::size_t>(side), pixels = length * length;
+    SmallPicture picture{length, std::vector<float>(3 * pixels), std::vector<float>(pixels),
+                         std::vector<float>(with_depth ? pixels : 0), 0};
+    BoxView<float> view{};
+    view.count = boxes.count;
+    view.centers = boxes.centers;
+    view.half_extents = boxes.half_extents;
+    view.angles = boxes.angles;
+    view.colors = boxes.colors;
+    view.opacities = boxes.opacities;
+    view.depths = boxes.depths;
+    const int num_layers = with_depth ? 1 : 0;
+    view.layers = {num_layers, {{boxes.depths, 1}}};
+    rasterize<float>({.kernel = Kernel::gaussian,
+                      .width = side,
+                      .height = side,
+                      .num_threads = 1,
+                      .min_transmittance = kMinTransmittance,
+                      .levels = {},
+                      .level_of_box = {}},
+                     view, {picture.rgb.data(), picture.alpha.data(), {num_layers, {{picture.depth.data(), 1}}}});
+    for (std::size_t pixel = 0; pixel < pixels; ++pixel) picture.num_seen += picture.is_seen(pixel) ? 1 : 0;
+    return picture;
+}
+
+template <class T>
+double larger_two(const T* scales) {
+    std::array<double, 3> sorted{static_cast<double>(scales[0]), static_cast<double>(scales[1]),
+                                 static_cast<double>(scales[2])};
+    std::ranges::sort(sorted);
+    return sorted[1] * sorted[2];
+}
+
+// The rows with extent that are visible in a box.
+template <class T>
+std::vector<std::uint32_t> visible_rows(const SceneView<T>& scene, const double* low, const double* high,
+                                        double radius) {
+    std::vector<std::uint32_t> rows;
+    for (std::size_t row = 0; row < scene.count; ++row) {
+        const T* mean = scene.means + 3 * row;
+        const T* scales = scene.scales + 3 * row;
+        bool is_inside = static_cast<double>(scene.opacities[row]) > kFaintest &&
+                         static_cast<double>(std::max({scales[0], scales[1], scales[2]})) < radius;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            const auto place = static_cast<double>(mean[axis]);
+            is_inside = is_inside && place >= low[axis] && place <= high[axis];
+        }
+        if (is_inside) rows.push_back(static_cast<std::uint32_t>(row));
+    }
+    return rows;
+}
+
+template <class T>
+void add_row(const SceneView<T>& scene, std::size_t row, double growth, ViewSample& sample) {
+    std::array<double, 3> scales;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        sample.places.push_back((static_cast<double>(scene.means[3 * row + axis]) - sample.center[axis]) /
+                                sample.radius);
+        sample.means.push_back(static_cast<float>(sample.places.back()));
+        scales[axis] = static_cast<double>(scene.scales[3 * row + axis]) / sample.radius;
+        sample.scales.push_back(static_cast<float>(scales[axis] * growth));
+        sample.sh.push_back(static_cast<float>(scene.sh[3 * scene.sh_terms * row + axis]));
+    }
+    sample.areas.push_back(larger_two(scales.data()));
+    for (std::size_t k = 0; k < 4; ++k) sample.quats.push_back(static_cast<float>(scene.quats[4 * row + k]));
+    sample.opacities.push_back(static_cast<float>(scene.opacities[row]));
+}
+
+}  // namespace
+
+template <class T>
+ViewSample take_view_sample(const SceneView<T>& scene) {
+    ViewSample sample;
+    const Subject subject = find_subject(scene.means, scene.opacities, scene.count, false);
+    double low[3], high[3], squares = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto place = [&](std::uint32_t row) { return scene.means[3 * std::size_t{row} + axis]; };
+        const auto [first, last] = std::ranges::minmax_element(subject.rows, {}, place);
+        low[axis] = static_cast<double>(place(*first));
+        high[axis] = static_cast<double>(place(*last));
+        sample.center[axis] = 0.5 * (low[axis] + high[axis]);
+        squares += (high[axis] - low[axis]) * (high[axis] - low[axis]);
+    }
+    sample.radius = 0.5 * std::sqrt(squares);
+    if (!(sample.radius > 0)) return sample;
+    const auto rows = visible_rows(scene, low, high, sample.radius);
+    const auto chosen = thinned(rows.size(), kMostRows);
+    sample.num_rows = rows.size();
+    sample.count = chosen.size();
+    const double growth = std::sqrt(static_cast<double>(rows.size()) / static_cast<double>(chosen.size()));
+    for (const std::uint32_t place : chosen) add_row(scene, rows[place], growth, sample);
+    return sample;
+}
+
+double ViewCamera::focal() const { return kFilled * 0.5 * side * kDistance; }
+
+std::array<double, 3> ViewCamera::project(const double* point) const {
+    std::array<double, 3> seen;
+    for (std::size_t row = 0; row < 3; ++row) {
+        seen[row] = axes[3 * row] * point[0] + axes[3 * row + 1] * point[1] + axes[3 * row + 2] * point[2];
+    }
+    const double depth = seen[2] + kDistance;
+    return {focal() * seen[0] / depth + 0.5 * side, focal() * seen[1] / depth + 0.5 * side, depth};
+}
+
+float SmallPicture::straight(std::size_t pixel, std::size_t channel) const {
+    return std::clamp(rgb[3 * pixel + channel] / std::max(alpha[pixel], 1e-3F), 0.0F, 1.0F);
+}
+
+SmallPicture paint_shades(const ViewSample& sample, const ViewCamera& camera, const std::vector<float>& red,
+                          const std::vector<float>& green) {
+    const BoxColumns<float> boxes = boxes_of(sample, camera);
+    for (std::size_t i = 0; i < boxes.count; ++i) {
+        const auto row = static_cast<std::size_t>(boxes.ids[i]);
+        boxes.colors[3 * i] = red[row];
+        boxes.colors[3 * i + 1] = green[row];
+    }
+    return paint(boxes, camera.side, false);
+}
+
+PicturePair paint_pair(const ViewSample& sample, const ViewCamera& camera, const std::vector<float>& red) {
+    const BoxColumns<float> boxes = boxes_of(sample, camera);
+    SmallPicture plain = paint(boxes, camera.side, true);
+    for (std::size_t i = 0; i < boxes.count; ++i) boxes.colors[3 * i] = red[static_cast<std::size_t>(boxes.ids[i])];
+    return {std::move(plain), paint(boxes, camera.side, false)};
+}
+
+std::vector<float> shades_of_size(const ViewSample& sample) {
+    std::vector<float> shades(sample.count);
+    std::ranges::transform(sample.areas, shades.begin(), [](double area) {
+        const double size = std::sqrt(std::max(area, kFinest * kFinest));
+        return static_cast<float>(std::clamp(std::log(size / kFinest) / std::log(kCoarsest / kFinest), 0.0, 1.0));
+    });
+    return shades;
+}
+
+std::vector<double> painted_weights(const ViewSample& sample) {
+    std::vector<double> weights(sample.count);
+    for (std::size_t i = 0; i < sample.count; ++i)
+        weights[i] = static_cast<double>(sample.opacities[i]) * sample.areas[i];
+    return clipped(std::move(weights), kClipped);
+}
+
+std::vector<double> clipped(std::vector<double> values, double quantile) {
+    std::vector<double> copy = values;
+    const double most = percentile(copy, quantile);
+    for (double& value : values) value = std::min(value, most);
+    return values;
+}
+
+template ViewSample take_view_sample<float>(const SceneView<float>&);
+template ViewSample take_view_sample<double>(const SceneView<double>&);
+
+}  // namespace brushgs
