@@ -7,8 +7,9 @@
 #include <cstring>
 #include <limits>
 
-#include "brushgs/features.hpp"
+#include "brushgs/row_sink.hpp"
 #include "brushgs/rows.hpp"
+#include "brushgs/spz_rows.hpp"
 
 namespace brushgs {
 
@@ -16,10 +17,8 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "rows are copied as they stand in files");
 
-constexpr auto kC0 = static_cast<float>(kBand0);
 constexpr std::size_t kSplatRow = 32;  // position and scales as float32; r, g, b, opacity and w, x, y, z as bytes
 constexpr std::size_t kMostHeader = std::size_t{1} << 20, kMostProperties = 1000, kMostElements = 100;
-constexpr float kMostLog = 88.72283935546875F;  // exp of a larger log-scale overflows float32
 
 // Text of a file, latin-1, as Python's repr shows it, in UTF-8.
 std::string quoted(std::string_view text, std::size_t most) {
@@ -42,41 +41,6 @@ std::string quoted(std::string_view text, std::size_t most) {
     return shown + "'";
 }
 
-// One drawable row at a time, from raw values: log-scales and logits.
-struct RowSink {
-    SceneColumns& out;
-    std::array<float, 3> mean{}, scale{};
-    std::array<float, 4> quat{};
-    float logit = 0;
-    std::array<float, 48> sh{};
-
-    void add() {
-        const auto is_finite = [](float value) { return std::isfinite(value); };
-        const bool is_drawable = std::ranges::all_of(mean, is_finite) && std::ranges::all_of(quat, is_finite) &&
-                                 std::ranges::all_of(scale, [](float value) { return value < kMostLog; }) &&
-                                 !std::isnan(logit) && std::all_of(sh.begin(), sh.begin() + 3, is_finite) &&
-                                 std::ranges::any_of(quat, [](float value) { return value != 0; });
-        if (!is_drawable) {
-            ++out.num_dropped;
-            return;
-        }
-        out.means.insert(out.means.end(), mean.begin(), mean.end());
-        out.quats.insert(out.quats.end(), quat.begin(), quat.end());
-        for (const float value : scale) out.scales.push_back(std::exp(value));
-        out.opacities.push_back(1 / (1 + std::exp(-logit)));
-        for (std::size_t i = 0; i < 3 * out.sh_terms; ++i) out.sh.push_back(std::isfinite(sh[i]) ? sh[i] : 0);
-        ++out.count;
-    }
-};
-
-void reserve(SceneColumns& out, std::size_t count) {
-    out.means.reserve(3 * count);
-    out.quats.reserve(4 * count);
-    out.scales.reserve(3 * count);
-    out.opacities.reserve(count);
-    out.sh.reserve(3 * out.sh_terms * count);
-}
-
 void read_splat(std::string_view bytes, SceneColumns& out) {
     if (const std::size_t more = bytes.size() % kSplatRow) {
         out.fault = "the bytes of a .splat scene must be a multiple of 32, got " + std::to_string(bytes.size()) + ", " +
@@ -96,8 +60,7 @@ void read_splat(std::string_view bytes, SceneColumns& out) {
             sink.scale[axis] = std::log(numbers[3 + axis]);
             sink.sh[axis] = (static_cast<float>(octets[axis]) / 255 - 0.5F) / kC0;
         }
-        const float opacity = static_cast<float>(octets[3]) / 255;
-        sink.logit = std::log(opacity) - std::log1p(-opacity);
+        sink.logit = logit_of(octets[3]);
         for (std::size_t i = 0; i < 4; ++i) sink.quat[i] = (static_cast<float>(octets[4 + i]) - 128) / 128;
         sink.add();
     }
@@ -478,16 +441,18 @@ GaussianColumns taken(const GaussianColumns& gaussians, const std::vector<std::u
             gaussians.sh_terms};
 }
 
-SceneColumns read_scene_rows(std::string_view bytes, bool is_named_splat) {
+SceneColumns read_scene_rows(std::string_view bytes, bool is_named_splat, std::size_t num_packed) {
     SceneColumns out;
     if (bytes.empty()) {
         out.fault = "is empty; copy or download it again";
+    } else if (num_packed > 0 || bytes.starts_with("NGSP")) {
+        read_spz(bytes, num_packed, out);
     } else if (bytes.starts_with("ply\n") || bytes.starts_with("ply\r")) {
         read_ply(bytes, out);
     } else if (is_splat(bytes, is_named_splat)) {
         read_splat(bytes, out);
     } else {
-        out.fault = "is neither a PLY nor a .splat, which this page reads; brushgs render paints other scenes";
+        out.fault = "is neither a PLY nor a .splat or SPZ, which this page reads; brushgs render paints other scenes";
     }
     if (!out.fault.empty()) return out;
     if (out.count == 0) {

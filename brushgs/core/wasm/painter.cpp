@@ -15,6 +15,9 @@
 
 extern "C" __attribute__((import_module("page"), import_name("tell"))) void tell_page(double share);
 
+// The only thread never ends, so its variables are never destroyed.
+extern "C" int __cxa_thread_atexit(void (*)(void*), void*, void*) { return 0; }
+
 namespace {
 
 constexpr auto kLeastAlpha = static_cast<float>(brushgs::kMinAlpha);
@@ -56,11 +59,11 @@ void arrange() {
 BRUSHGS_EXPORT(allocate) void* allocate(std::size_t size) { return std::malloc(size); }
 BRUSHGS_EXPORT(release) void release(void* memory) { std::free(memory); }
 
-// Reads a scene; false if it is refused, see `fault`.
-BRUSHGS_EXPORT(read) bool read(const char* bytes, std::size_t size, bool is_named_splat) {
+// Reads a scene, of gzip data the content, which had so many bytes; false if it is refused, see `fault`.
+BRUSHGS_EXPORT(read) bool read(const char* bytes, std::size_t size, bool is_named_splat, std::size_t num_packed) {
     scene = {};
     strokes = {};
-    scene = brushgs::read_scene_rows({bytes, size}, is_named_splat);
+    scene = brushgs::read_scene_rows({bytes, size}, is_named_splat, num_packed);
     if (!scene.fault.empty()) return false;
     num_read = scene.count;
     brushgs::clean_scene(scene);
@@ -82,7 +85,11 @@ BRUSHGS_EXPORT(subject) const double* subject() { return sample.center; }
 
 // Writes the probability that each axis is up, and returns the number of the axis to take.
 BRUSHGS_EXPORT(up) std::size_t up(double* chances) {
-    const auto found = brushgs::up_chances(sample, 1);
+    brushgs::PerAxis found{};
+    if (scene.up < 0)
+        found = brushgs::up_chances(sample, 1);
+    else
+        found[static_cast<std::size_t>(scene.up)] = 1;  // the file says so
     std::ranges::copy(found, chances);
     return brushgs::believed_axis(found);
 }

@@ -1,6 +1,7 @@
 """What the page makes of a scene is what passes of `brushgs` make of it; both refuse the same files."""
 
 import base64
+import random
 import warnings
 from dataclasses import replace
 
@@ -9,13 +10,20 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
+from brushgs.cameras.framing import AXES, camera_axes
 from brushgs.errors import SceneError
+from brushgs.first_view import find_first_view
 from brushgs.formats.pictures.images import read_image
+from brushgs.formats.scenes.spz import open_scene
 from brushgs.outlets.page.contents import coarse_to_fine
 from brushgs.outlets.painter import build
 from brushgs.outlets.painter.page import BRUSHES
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.reduce.worth import worth_keeping
+from tests.first_view.scenes import about, moved, statue
+from tests.fuzz import corpus
+from tests.fuzz.mutate import mutate
+from tests.io.scenes import spz_format
 from tests.kit.for_each import for_each
 from tests.outlets.painter.conftest import wait_until
 from tests.scenes import still_life_of
@@ -46,7 +54,37 @@ def ask_for(page, count):
     page.evaluate(f"document.getElementById('dropCount').value = Math.log({count})")
 
 
-@for_each("suffix", [".ply", ".splat"])
+def strokes_of_passes(path, count):
+    """The cleaned scene, and its strokes before their colors are broken and after."""
+    gaussians = bg.clean(bg.load(path))
+    kept = bg.prune(gaussians, at_least=count)
+    merged = bg.cluster(kept, count)
+    plain = bg.solidify(merged.take(worth_keeping(merged)) if len(kept) > count else merged)
+    return gaussians, kept, plain, bg.break_colors(plain)
+
+
+def compared(page, gaussians, plain, strokes):
+    """Assert that the page has these strokes, but for their broken color; returns its shifts and theirs."""
+    rows = coarse_to_fine(strokes)
+    rows = rows[strokes.opacities[rows] >= 1 / 255]
+    found = strokes_in(page)
+    expected = {name: getattr(strokes, name)[rows].reshape(len(rows), -1) for name in COLUMNS_OF_STROKES}
+    expected["means"] = expected["means"] - robust_frame(gaussians.means)[0]
+    assert len(found["means"]) == len(rows)
+    # q and -q are one rotation
+    found["quats"] *= np.sign(np.sum(found["quats"] * expected["quats"], axis=1, keepdims=True))
+    before, shifted = (one.sh[rows, 0].astype(np.float64) for one in (plain, strokes))
+    shifts = found["sh"][:, :3] - before, shifted - before
+    expected["sh"], found["sh"] = expected["sh"][:, 3:], found["sh"][:, 3:]
+    for name, values in expected.items():
+        # Measured: one step of float32 in 2000 strokes of koala, as exp and log round apart from NumPy's, and
+        # 0.007 of a quaternion in truck, where two axes are equally long.
+        tolerance = 0.01 if name == "quats" else 2e-6
+        np.testing.assert_allclose(found[name], values, rtol=tolerance, atol=tolerance, err_msg=name)
+    return shifts
+
+
+@for_each("suffix", [".ply", ".splat", ".spz"])
 def test_strokes_are_those_of_an_unguided_painting(painter, tmp_path, suffix):
     """The scene has floaters, Gaussians that are pruned, and strokes that are not worth keeping."""
     path = tmp_path / f"pears{suffix}"
@@ -58,35 +96,48 @@ def test_strokes_are_those_of_an_unguided_painting(painter, tmp_path, suffix):
         bg.save(bg.Gaussians.joined([fruit, specks]), path)
     ask_for(painter, NUM_STROKES)
     dropped(painter, path)
-    loaded = bg.load(path)
-    gaussians = bg.clean(loaded)
-    kept = bg.prune(gaussians, at_least=NUM_STROKES)
-    merged = bg.cluster(kept, NUM_STROKES)
-    plain = bg.solidify(merged.take(worth_keeping(merged)))
-    strokes = bg.break_colors(plain)
-    assert len(loaded) > len(gaussians) > len(kept)
-    rows = coarse_to_fine(strokes)
-    rows = rows[strokes.opacities[rows] >= 1 / 255]
-    found = strokes_in(painter)
-    expected = {name: getattr(strokes, name)[rows].reshape(len(rows), -1) for name in COLUMNS_OF_STROKES}
-    expected["means"] = expected["means"] - robust_frame(gaussians.means)[0]
-    assert len(found["means"]) == len(rows) > 0.9 * NUM_STROKES
-    # q and -q are one rotation
-    found["quats"] *= np.sign(np.sum(found["quats"] * expected["quats"], axis=1, keepdims=True))
+    gaussians, kept, plain, strokes = strokes_of_passes(path, NUM_STROKES)
+    assert len(bg.load(path)) > len(gaussians) > len(kept)
+    assert len(strokes) > 0.9 * NUM_STROKES
+    found, expected = compared(painter, gaussians, plain, strokes)
     # A hash of the position decides the shift of a color: where that rounds to another float32, as 8 of 10
     # do here, there is another one of the same distribution.
-    before, shifted = (one.sh[rows, 0].astype(np.float64) for one in (plain, strokes))
-    is_same = (np.abs(found["sh"][:, :3] - shifted) < 2e-6).all(axis=1)
+    is_same = (np.abs(found - expected) < 2e-6).all(axis=1)
     assert is_same.mean() > 0.1
-    found_shifts, shifts = found["sh"][:, :3] - before, shifted - before
-    np.testing.assert_allclose(found_shifts.std(axis=0), shifts.std(axis=0), rtol=0.25)
-    assert np.abs(found_shifts.mean(axis=0)).max() < 0.1 * shifts.std()
-    expected["sh"], found["sh"] = expected["sh"][:, 3:], found["sh"][:, 3:]
-    for name, values in expected.items():
-        # Measured: one step of float32 in 2000 strokes of koala, as exp and log round apart from NumPy's, and
-        # 0.007 of a quaternion in truck, where two axes are equally long.
-        tolerance = 0.01 if name == "quats" else 2e-6
-        np.testing.assert_allclose(found[name], values, rtol=tolerance, atol=tolerance, err_msg=name)
+    np.testing.assert_allclose(found.std(axis=0), expected.std(axis=0), rtol=0.25)
+    assert np.abs(found.mean(axis=0)).max() < 0.1 * expected.std()
+
+
+@for_each("version, degree", [(1, 0), (2, 1), (3, 2), (3, 4)])
+@for_each("axes", [0, 3, 5, 9, 16])
+def test_spz_of_every_version_and_handedness_is_read(painter, tmp_path, version, degree, axes):
+    made = spz_format.make(64, degree)
+    made["log_scales"] = np.random.default_rng(0).uniform(-3, -1, (64, 3))
+    record = spz_format.record(spz_format.COORDINATE_SYSTEM, axes.to_bytes(4, "little"))
+    path = tmp_path / "odd.spz"
+    path.write_bytes(spz_format.encode(made, version, extensions=record, packed=axes != 9))
+    ask_for(painter, NUM_STROKES)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # few rows have a degree of 4
+        dropped(painter, path)
+        gaussians, _, plain, strokes = strokes_of_passes(path, NUM_STROKES)
+        up = open_scene(path).up
+    compared(painter, gaussians, plain, strokes)
+    if axes:
+        assert painter.evaluate("document.getElementById('dropUp').value") == up
+
+
+def test_the_first_view_is_upright_and_from_the_front(painter, tmp_path):
+    for turn in (np.eye(3), about((1, 0, 0), 90) @ about((0, 1, 0), 100)):
+        scene = moved(statue(), rotation=turn)
+        bg.save(scene, tmp_path / "statue.ply")
+        dropped(painter, tmp_path / "statue.ply")
+        view = find_first_view(bg.clean(scene))
+        name = painter.evaluate("document.getElementById('dropUp').value")
+        assert AXES[name] == tuple(np.rint(view.up))
+        axes = np.reshape(painter.evaluate("window.brushgs.contents.header.camera.viewmat"), (4, 4))[:3, :3]
+        expected = camera_axes(view.up, view.azimuth, view.elevation)
+        np.testing.assert_allclose(axes, expected, atol=1e-6)
 
 
 def test_the_page_offers_its_brushes_and_shows_the_name_of_the_scene(painter, tmp_path):
@@ -119,7 +170,7 @@ def test_after_a_refusal_the_scene_before_can_be_painted_anew(painter, tmp_path)
     dropped(painter, tmp_path / "quince.ply")
     (tmp_path / "odd.ply").write_bytes(b"no scene at all")
     dropped(painter, tmp_path / "odd.ply")
-    assert painter.evaluate(STATE).startswith("odd.ply: is neither a PLY nor a .splat")
+    assert painter.evaluate(STATE).startswith("odd.ply: is neither a PLY nor a .splat or SPZ")
     painter.evaluate("document.getElementById('dropCancel').click()")
     assert painter.evaluate("document.getElementById('drop').hidden")
     ask_for(painter, 200)
@@ -160,6 +211,14 @@ REFUSED = {
     "lacks.ply": ply("element vertex 1", *COLUMNS[:-1], rows=bytes(52)),
     "bands.ply": ply("element vertex 1", *COLUMNS, "property float f_rest_0", rows=bytes(60)),
     "odd.splat": bytes(range(200, 233)) * 3,
+    "cut.spz": spz_format.encode(spz_format.make(9), 3, packed=False)[:-1],
+    "head.spz": b"NGSP\3\0\0",
+    "future.spz": b"NGSP\7\0\0\0" + bytes(8),
+    "none.spz": b"NGSP\3\0\0\0" + bytes(8),
+    "degree.spz": b"NGSP\3\0\0\0\1\0\0\0\5\0\0\0",
+    "bits.spz": b"NGSP\3\0\0\0\1\0\0\0\0\x63\0\0",
+    "tree.spz": b"NGSP\3\0\0\0\1\0\0\0\0\0\x80\0",
+    "huge.spz": b"NGSP\3\0\0\0\0\0\0\1" + bytes(99),
 }
 
 
@@ -171,6 +230,66 @@ def test_what_load_refuses_the_page_refuses_in_the_same_words(painter, tmp_path,
         bg.load(path)
     dropped(painter, path)
     assert painter.evaluate(STATE) == str(refusal.value).replace(str(path), name)
+
+
+READ = """async (files) => {
+    const dropping = window.brushgs.dropping, maker = dropping._maker, told = [];
+    for (const [name, text] of files) {
+      const file = new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name);
+      maker.begin(0);
+      try {
+        const { count, dropped } = await dropping._read((task, given) => maker.run(0, task, given), file);
+        await maker.run(0, "up", {});
+        await maker.run(0, "azimuth", { level: [1, 0, 0, 0, 1, 0, 0, 0, 1] });
+        const { numbers } = dropping._blank.header.painter;
+        const strokes = await maker.run(0, "paint", { strokes: 20, numbers });
+        told.push([count, dropped, strokes.count]);
+      } catch (error) {
+        told.push(error.message);
+      }
+    }
+    return told;
+}"""
+LEFT_OUT = ("which this page does not read", "which this page reads", "cannot be decompressed")
+
+
+def files_of_the_fuzzer(folder):
+    """Whole and damaged files: name and bytes."""
+    rng = random.Random(0)
+    kinds = {
+        ".ply": [*corpus.scenes(folder), *corpus.text_scenes(folder), *corpus.compressed_scenes(folder)],
+        ".splat": corpus.splat_scenes(folder),
+        ".spz": [data for data in corpus.spz_scenes(folder) if len(data) < 20_000],
+    }
+    for suffix, seeds in kinds.items():
+        damaged = [mutate(rng, rng.choice(seeds), seeds, (b"property", b"float")) for _ in range(60)]
+        yield from ((f"a{number}{suffix}", data) for number, data in enumerate([*seeds, *damaged]))
+
+
+def num_loaded(path):
+    """Gaussians of a file, 0 if it is refused."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            return len(bg.load(path))
+        except SceneError:
+            return 0
+
+
+def test_files_of_the_fuzzer_are_read_as_by_load_or_refused_in_words(painter, tmp_path):
+    files = list(files_of_the_fuzzer(tmp_path))
+    told = painter.evaluate(READ, [(name, base64.b64encode(data).decode()) for name, data in files])
+    num_read = 0
+    for (name, data), found in zip(files, told, strict=True):
+        (tmp_path / name).write_bytes(data)
+        count = num_loaded(tmp_path / name)
+        if not isinstance(found, str):
+            assert found[0] == count, name
+            num_read += 1
+        elif count:
+            assert any(words in found for words in LEFT_OUT), (name, found)
+    assert len(files) > 200
+    assert num_read > 50
 
 
 def test_a_file_that_is_too_large_is_refused_before_it_is_read(painter):

@@ -27,11 +27,12 @@ GaussianColumns taken(const GaussianColumns& gaussians, const std::vector<std::u
 struct SceneColumns : GaussianColumns {
     std::size_t num_dropped = 0;  // rows that cannot be drawn
     bool is_antialiased = false;  // see brushgs/values/notes.py
+    int up = -1;                  // the axis that the file says is up: +x, +y, +z, -x, -y, -z; -1: it does not
     std::string fault;            // why the file is refused, one sentence; empty if it was read
 };
 
-// Reads a binary PLY of the layout of 3DGS trainers, or a .splat; the bytes decide which, and for a .splat the suffix
-// of the file too.
-SceneColumns read_scene_rows(std::string_view bytes, bool is_named_splat);
+// Reads a binary PLY of the layout of 3DGS trainers, a .splat or an SPZ; the bytes decide which, and for a .splat the
+// suffix of the file too. Of gzip data it takes the content, and the bytes that it had packed; else 0.
+SceneColumns read_scene_rows(std::string_view bytes, bool is_named_splat, std::size_t num_packed);
 
 }  // namespace brushgs

@@ -99,7 +99,7 @@ class Dropping {
     await this._work(`Reading ${file.name} …`, file.name, async (run) => {
       let scene;
       try {
-        scene = await run("read", { file });
+        scene = await this._read(run, file);
       } catch (error) {
         if (error) this._maker.stop(); // the module has let go of the scene before, which is read again when needed
         throw error;
@@ -160,7 +160,11 @@ class Dropping {
 
   /** Read the scene again where the worker that held it was stopped. */
   async _remember(run) {
-    if (!this._maker.isAlive) await run("read", { file: this._file });
+    if (!this._maker.isAlive) await this._read(run, this._file);
+  }
+
+  _read(run, file) {
+    return run("read", { file, most: this._blank.header.painter.mostBytes });
   }
 
   async _show(run) {

@@ -2,6 +2,8 @@
 
 const COLUMNS = { means: 3, quats: 4, scales: 3, opacities: 1 }; // numbers a stroke; and sh
 const NO_MEMORY = "the memory that the browser gives a page does not suffice for it; paint it with brushgs render";
+const NO_UNPACKING = "is compressed, which this browser cannot unpack; paint it with brushgs render";
+const DAMAGED = "cannot be decompressed; it is cut off or damaged: copy or download it again";
 let core = null; // the exports of the module
 
 const work = {
@@ -15,13 +17,15 @@ const work = {
     return {};
   },
 
-  /** Read a file; its facts, or `fault`, why it is refused. */
-  async read({ file }) {
-    const bytes = new Uint8Array(await file.arrayBuffer());
+  /** Read a file of at most `most` bytes, also unpacked; its facts, or `fault`, why it is refused. */
+  async read({ file, most }) {
+    const stored = new Uint8Array(await file.arrayBuffer()), isPacked = stored[0] === 0x1f && stored[1] === 0x8b;
+    const { bytes, fault } = isPacked ? await unpacked(stored, most) : { bytes: stored };
+    if (fault) return { fault };
     const place = core.allocate(bytes.length);
     if (!place) return { fault: NO_MEMORY };
     new Uint8Array(core.memory.buffer).set(bytes, place);
-    const isRead = core.read(place, bytes.length, /\.splat$/i.test(file.name));
+    const isRead = core.read(place, bytes.length, /\.splat$/i.test(file.name), isPacked ? stored.length : 0);
     core.release(place);
     if (!isRead) {
       const text = new Uint8Array(core.memory.buffer, core.fault(), core.fault_size());
@@ -70,6 +74,28 @@ const work = {
     return { columns, count: core.num_strokes(), shDegree: Math.sqrt(core.sh_terms()) - 1 };
   },
 };
+
+/** The content of gzip data as `bytes`, or `fault`. No more than `most` bytes are unpacked. */
+async function unpacked(stored, most) {
+  if (typeof DecompressionStream === "undefined") return { fault: NO_UNPACKING };
+  const reader = new Blob([stored]).stream().pipeThrough(new DecompressionStream("gzip")).getReader();
+  const parts = [];
+  let size = 0;
+  try {
+    for (let part = await reader.read(); !part.done; part = await reader.read()) {
+      parts.push(part.value);
+      size += part.value.length;
+      if (size > most) {
+        reader.cancel();
+        return { fault: `holds more than ${most / 1e6} MB when it is unpacked, and this page reads at most that; `
+          + "paint it with brushgs render" };
+      }
+    }
+  } catch {
+    return { fault: DAMAGED };
+  }
+  return { bytes: new Uint8Array(await new Blob(parts).arrayBuffer()) };
+}
 
 /** What a function makes of the place of numbers in the memory of the module. */
 function withNumbers(numbers, use) {
