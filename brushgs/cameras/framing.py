@@ -32,9 +32,9 @@ AXES = {
     for axis in "xyz"
 }
 DEFAULT_AZIMUTH = radians(30.0)
-DEFAULT_ELEVATION = radians(15.0)
-FLAT_ELEVATION = radians(40.0)  # default for flat ground
-FLAT_HEIGHT = 0.15  # of height over width: below, a subject is flat
+DEFAULT_ELEVATION: float = _core.ELEVATION
+FLAT_ELEVATION: float = _core.FLAT_ELEVATION  # default for flat ground
+FLAT_HEIGHT: float = _core.FLAT_HEIGHT  # of height over width: below, a subject is flat
 DEFAULT_FOV_Y = radians(50.0)
 MARGIN = 0.05  # empty share of the picture on each side of the subject
 # For bounds: of larger scenes every n-th Gaussian is used.
@@ -312,9 +312,7 @@ def _sample(gaussians: Gaussians) -> tuple[NDArray[np.float64], NDArray[np.float
 def default_elevation(points: NDArray[np.float64], up: ArrayLike) -> float:
     """Default elevation of a view of `points` [n, 3], radians above the horizon: higher for flat ground."""
     axes = camera_axes(np.asarray(up, dtype=np.float64), 0.0, 0.0)
-    width, height, depth = np.ptp(points @ axes.T, axis=0)
-    is_flat = height < FLAT_HEIGHT * max(width, depth)
-    return float(FLAT_ELEVATION if is_flat else DEFAULT_ELEVATION)
+    return float(_core.default_elevation(*np.ptp(points @ axes.T, axis=0).tolist()))
 
 
 def weighted_quantiles(

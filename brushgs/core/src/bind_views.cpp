@@ -80,6 +80,11 @@ void bind_views(nb::module_& m) {
     m.attr("MOST_SUBJECT_ROWS") = brushgs::kMostSubjectRows;
     m.attr("UP_PRIORS") = brushgs::kUpPriors;
     m.attr("CLUMP_TAIL") = brushgs::kTail;
+    m.attr("ELEVATION") = brushgs::kElevation;
+    m.attr("FLAT_ELEVATION") = brushgs::kFlatElevation;
+    m.attr("FLAT_HEIGHT") = brushgs::kFlatHeight;
+    m.def("default_elevation", &brushgs::default_elevation, "width"_a, "height"_a, "depth"_a,
+          "Elevation of the first view of a subject, radians.");
     m.def("weighted_quantiles", &weighted_quantiles, "values"_a.noconvert(), "weights"_a.noconvert(), "at"_a,
           "Values [N] at shares of the weight [N].");
     m.def("thinned", &thinned, "count"_a, "most"_a, "At most `most` of `count` row numbers, one per equal part.");

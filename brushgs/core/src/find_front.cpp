@@ -18,7 +18,7 @@ using std::numbers::pi;
 constexpr double kDegree = pi / 180;
 constexpr std::size_t kViews = 16;  // around the subject
 constexpr int kSide = 112;          // pixels
-constexpr double kElevation = 12 * kDegree;
+constexpr double kViewElevation = 12 * kDegree;
 constexpr double kOpaque = 0.3;           // alpha from which its depth is a surface; below, nothing is hidden
 constexpr std::size_t kNeighbor = 3;      // pixel distance for coarse contrast: shapes, not noise
 constexpr std::size_t kColors = 8;        // steps per channel, for entropy
@@ -44,7 +44,8 @@ double azimuth_of(std::size_t view) { return 2 * pi * static_cast<double>(view) 
 // The axes of a view from an azimuth, from those of the level view from azimuth 0.
 Axes axes_around(const double* level, double azimuth) {
     Axes axes;
-    const double ca = std::cos(azimuth), sa = std::sin(azimuth), ce = std::cos(kElevation), se = std::sin(kElevation);
+    const double ca = std::cos(azimuth), sa = std::sin(azimuth), ce = std::cos(kViewElevation),
+                 se = std::sin(kViewElevation);
     for (std::size_t k = 0; k < 3; ++k) {
         const double right = level[k], up = -level[3 + k], front = -level[6 + k], toward = ca * front + sa * right;
         axes[k] = ca * right - sa * front;
@@ -206,14 +207,14 @@ std::size_t bin_of(double coordinate) {
     return static_cast<std::size_t>(std::clamp((coordinate + 1) * kBins / 2, 0.0, kBins - 1.0));
 }
 
-// Overlap of voxels with those of the mirror image, the first of three axes turned; 0 to 1.
-double overlap_of(const std::vector<double>& voxels) {
+// Overlap of what voxels hold with what those of the mirror image hold, the first of three axes turned; 0 to 1.
+double overlap_of(std::vector<double>& voxels) {
     constexpr std::size_t slice = kBins * kBins;
     double common = 0, total = 0;
-    for (std::size_t i = 0; i < voxels.size(); ++i) {
-        const double held = std::sqrt(voxels[i]);
-        common += std::min(held, std::sqrt(voxels[(kBins - 1 - i / slice) * slice + i % slice]));
-        total += held;
+    for (double& held : voxels) total += held = std::sqrt(held);
+    for (std::size_t across = 0; across < kBins; ++across) {
+        const double *here = &voxels[across * slice], *there = &voxels[(kBins - 1 - across) * slice];
+        for (std::size_t i = 0; i < slice; ++i) common += std::min(here[i], there[i]);
     }
     return common / total;
 }
@@ -238,17 +239,21 @@ std::array<double, kMirrorPlanes> mirror_likeness(const std::vector<double>& pla
         center[1] += held[i] * places[3 * i + 2];
     }
     if (!(total > 0)) return likeness;
+    std::vector<std::size_t> rest(count);  // the voxel of each place, but for the direction across the plane
+    std::vector<double> across(count);
     for (std::size_t plane = 0; plane < kMirrorPlanes; ++plane) {
         likeness[plane] = 0;
         const double angle = pi * static_cast<double>(plane) / static_cast<double>(kMirrorPlanes);
         const double c = std::cos(angle), s = std::sin(angle);
+        for (std::size_t i = 0; i < count; ++i) {
+            const double x = places[3 * i] - center[0] / total, z = places[3 * i + 2] - center[1] / total;
+            across[i] = x * c + z * s;
+            rest[i] = bin_of(x * s - z * c) * kBins + bin_of(places[3 * i + 1]);
+        }
         for (const double shift : kShifts) {
             std::vector<double> voxels(kBins * kBins * kBins);
-            for (std::size_t i = 0; i < count; ++i) {
-                const double x = places[3 * i] - center[0] / total, z = places[3 * i + 2] - center[1] / total;
-                const std::size_t across = bin_of(x * c + z * s - shift), along = bin_of(x * s - z * c);
-                voxels[(across * kBins + along) * kBins + bin_of(places[3 * i + 1])] += held[i];
-            }
+            for (std::size_t i = 0; i < count; ++i)
+                voxels[bin_of(across[i] - shift) * kBins * kBins + rest[i]] += held[i];
             likeness[plane] = std::max(likeness[plane], overlap_of(voxels));
         }
     }

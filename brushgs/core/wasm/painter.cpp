@@ -2,6 +2,7 @@
 // Pointers are addresses in the memory of the module; numbers are as in scene_rows.hpp and scene_strokes.hpp.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <numeric>
 
@@ -80,7 +81,7 @@ BRUSHGS_EXPORT(num_dropped) std::size_t num_dropped() { return scene.num_dropped
 BRUSHGS_EXPORT(is_antialiased) bool is_antialiased() { return scene.is_antialiased; }
 BRUSHGS_EXPORT(scene_extent) const double* scene_extent() { return extent.center; }  // and the radius after it
 
-// The middle and the radius of the subject; a radius of 0 if nothing with extent is visible.
+// The middle of the subject, its radius, 0 if nothing with extent is visible, and half its size along each axis.
 BRUSHGS_EXPORT(subject) const double* subject() { return sample.center; }
 
 // Writes the probability that each axis is up, and returns the number of the axis to take.
@@ -94,11 +95,14 @@ BRUSHGS_EXPORT(up) std::size_t up(double* chances) {
     return brushgs::believed_axis(found);
 }
 
-// The azimuth of the first view, radians, by the axes of a level view [3, 3] from azimuth 0.
-BRUSHGS_EXPORT(azimuth) double azimuth(const double* level) {
-    if (sample.count == 0) return 0;
-    const auto front = brushgs::find_front(sample, level, 1);
-    return front.azimuth + front.lean;
+// Of the axes of a level view [3, 3] from azimuth 0: the first two become azimuth and elevation of the first view.
+BRUSHGS_EXPORT(front) void front(double* level) {
+    double sizes[3] = {};
+    for (std::size_t i = 0; i < 9; ++i) sizes[i / 3] += std::abs(level[i]) * sample.half[i % 3];
+    brushgs::Front found{};
+    if (sample.count > 0) found = brushgs::find_front(sample, level, 1);
+    level[0] = found.azimuth + found.lean;
+    level[1] = brushgs::default_elevation(sizes[0], sizes[1], sizes[2]);
 }
 
 // Of a view (the numbers of `PictureView`): its first two become how far the scene reaches, zeros if that is not known.

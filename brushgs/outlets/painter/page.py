@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgs.brushes.brush_set import BrushSet
-from brushgs.cameras.framing import DEFAULT_ELEVATION, DEFAULT_FOV_Y
+from brushgs.cameras.framing import DEFAULT_FOV_Y
 from brushgs.first_view.up import SURE
 from brushgs.formats.files import replacing
 from brushgs.options.page import PAGE_SUFFIXES
@@ -88,8 +88,6 @@ def painter_contents(module: bytes) -> PageContents:
     draws = np.random.default_rng(0).random(NUM_DRAWS)
     painter = {
         "numbers": [*_numbers(), *draws.tolist()],
-        "distance": DISTANCE,
-        "elevation": DEFAULT_ELEVATION,
         "sure": SURE,
         "strokes": STROKES,
         "mostBytes": MOST_BYTES,

@@ -240,7 +240,7 @@ READ = """async (files) => {
       try {
         const { count, dropped } = await dropping._read((task, given) => maker.run(0, task, given), file);
         await maker.run(0, "up", {});
-        await maker.run(0, "azimuth", { level: [1, 0, 0, 0, 1, 0, 0, 0, 1] });
+        await maker.run(0, "front", { level: [1, 0, 0, 0, 1, 0, 0, 0, 1] });
         const { numbers } = dropping._blank.header.painter;
         const strokes = await maker.run(0, "paint", { strokes: 20, numbers });
         told.push([count, dropped, strokes.count]);

@@ -16,7 +16,7 @@ struct ViewSample {
                                                              // out, so that surfaces stay closed; sh [count, 1, 3]
     std::size_t count = 0;                                   // 0: nothing with extent is visible
     std::size_t num_rows = 0;                                // in the box, before thinning
-    double center[3] = {}, radius = 0;                       // of the box, world units
+    double center[3] = {}, radius = 0, half[3] = {};         // of the box, world units
 };
 
 template <class T>
@@ -60,7 +60,17 @@ PerAxis up_chances(const ViewSample& sample, int num_threads);
 // The axis to take: the most probable one, unless -y is nearly as probable.
 std::size_t believed_axis(const PerAxis& chances);
 
-// The front of a subject. Angles are radians.
+// Angles are radians.
+constexpr double kElevation = 0.26179938779914941;      // 15 degrees
+constexpr double kFlatElevation = 0.69813170079773179;  // 40 degrees, for flat ground
+constexpr double kFlatHeight = 0.15;                    // of height over width: below, a subject is flat
+
+// The elevation of the first view of a subject of this size.
+inline double default_elevation(double width, double height, double depth) {
+    return height < kFlatHeight * (width > depth ? width : depth) ? kFlatElevation : kElevation;
+}
+
+// The front of a subject.
 struct Front {
     double azimuth;
     double lean;      // turn to the side that shows more

@@ -1,6 +1,7 @@
 // A page that paints: takes a scene file, has a worker make strokes of it, and shows them. See drop_worker.js.
 
 const UPS = ["+x", "+y", "+z", "-x", "-y", "-z"]; // in the order of the module
+const WITHIN = 0.9; // share of the picture that a scene may fill at first
 const LEAST_STROKES = 100, MOST_STROKES = 20000;
 
 /** The worker; one task at a time, and a fresh worker after one that was stopped or failed. */
@@ -170,8 +171,8 @@ class Dropping {
   async _show(run) {
     await this._remember(run);
     const horizon = horizonOf(upOf(this._up.value));
-    const { azimuth } = await run("azimuth", { level: orbitAxes(horizon, 0, 0, 0, []) });
-    const view = firstView(this._blank.header, this._scene, horizon, azimuth);
+    const front = await run("front", { level: orbitAxes(horizon, 0, 0, 0, []) });
+    const view = firstView(this._blank.header.camera, this._scene, horizon, front);
     Object.assign(view, await run("reach", { camera: view.camera }));
     this.app.replace(this._contents(view));
     document.getElementById("dropFields").hidden = false;
@@ -232,10 +233,22 @@ function upOf(axis) {
   return ["x", "y", "z"].map((name) => (axis[1] === name ? (axis[0] === "-" ? -1 : 1) : 0));
 }
 
+/** The distance from which a camera sees a box whole, of these half sizes, from its middle on. */
+function distanceOf({ K, width, height }, half, axes) {
+  const slopes = [0.5 * WITHIN * width / K[0], 0.5 * WITHIN * height / K[4]];
+  let distance = 0;
+  for (let corner = 0; corner < 8; corner++) {
+    const place = half.map((size, k) => (corner >> k & 1 ? size : -size));
+    const [x, y, z] = [0, 3, 6].map((row) => dot3(axes.subarray(row, row + 3), place));
+    distance = Math.max(distance, Math.abs(x) / slopes[0] - z, Math.abs(y) / slopes[1] - z);
+  }
+  return distance;
+}
+
 /** The keys of a header that say where a scene is seen from. `origin` is that of the strokes. */
-function firstView({ camera, painter }, { origin, center, radius }, horizon, azimuth) {
-  const axes = orbitAxes(horizon, azimuth, painter.elevation, 0, new Float64Array(9));
-  const distance = painter.distance * radius;
+function firstView(camera, { origin, subject: { center, radius, half } }, horizon, { azimuth, elevation }) {
+  const axes = orbitAxes(horizon, azimuth, elevation, 0, new Float64Array(9));
+  const distance = distanceOf(camera, half, axes);
   const viewmat = [0, 1, 2].flatMap((row) => {
     const axis = axes.subarray(3 * row, 3 * row + 3);
     return [...axis, (row === 2 ? distance : 0) - dot3(axis, center)];

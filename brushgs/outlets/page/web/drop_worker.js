@@ -31,12 +31,13 @@ const work = {
       const text = new Uint8Array(core.memory.buffer, core.fault(), core.fault_size());
       return { fault: new TextDecoder().decode(text) };
     }
-    const ball = (place) => [...new Float64Array(core.memory.buffer, place, 4)];
-    const whole = ball(core.scene_extent()), subject = ball(core.subject());
-    const [x, y, z, radius] = subject[3] > 0 ? subject : whole;
+    const [x, y, z, radius] = new Float64Array(core.memory.buffer, core.scene_extent(), 4);
+    const subject = [...new Float64Array(core.memory.buffer, core.subject(), 7)];
+    const whole = { center: [x, y, z], radius, half: [radius, radius, radius] };
+    const seen = { center: subject.slice(0, 3), radius: subject[3], half: subject.slice(4) };
     const [count, dropped] = [core.num_gaussians(), core.num_dropped()];
     const antialiased = Boolean(core.is_antialiased());
-    return { count, dropped, antialiased, origin: whole.slice(0, 3), center: [x, y, z], radius };
+    return { count, dropped, antialiased, origin: whole.center, subject: seen.radius > 0 ? seen : whole };
   },
 
   /** The number of the axis that is up, and the probability of each. */
@@ -47,9 +48,13 @@ const work = {
     });
   },
 
-  /** The azimuth of the first view, radians, by the axes of a level view from azimuth 0. */
-  azimuth({ level }) {
-    return { azimuth: withNumbers(level, core.azimuth) };
+  /** Azimuth and elevation of the first view, radians, by the axes of a level view from azimuth 0. */
+  front({ level }) {
+    return withNumbers(level, (place) => {
+      core.front(place);
+      const [azimuth, elevation] = new Float64Array(core.memory.buffer, place, 2);
+      return { azimuth, elevation };
+    });
   },
 
   /** How far the scene reaches from the middle of a picture, pixels: [across, down], or null where it holds but few. */
