@@ -73,6 +73,32 @@ def test_a_browser_that_lets_a_page_have_no_workers_makes_effects_in_it(open_pag
     assert np.array_equal(made_in_the_page(page), shown)
 
 
+SAVED = """() => {
+  brushgs.invalidate();
+  return new Promise((resolve) => requestAnimationFrame(() => setTimeout(async () => {
+    const { painter, _workers: workers } = brushgs, { paint } = painter, madeHere = [];
+    painter.paint = (camera, options) => {
+      if (options.isWhole !== false && !options.made) madeHere.push(options);
+      paint.call(painter, camera, options);
+    };
+    const picture = brushgs.picture(), numBusy = workers._busy.size;
+    resolve([(await picture).size > 0, numBusy, madeHere.length, brushgs._made !== null]);
+  })));
+}"""
+LEFT = """() => {
+  const left = brushgs._makeEffects(), saved = brushgs.picture();
+  brushgs.panel.chooseShare(50);
+  return Promise.all([left, saved]).then(([, picture]) => picture.size > 0);
+}"""
+
+
+def test_a_picture_waits_for_effects_and_for_none_that_a_change_cancelled(open_page, path):
+    page = open_page(path, **OPENED)
+    at_rest(page)
+    assert page.evaluate(SAVED) == [True, 1, 0, True]
+    assert page.evaluate(LEFT)
+
+
 ANSWER = """(script) => new Promise((resolve) => {
   const worker = new Worker(URL.createObjectURL(new Blob([script])));
   worker.onmessage = ({ data }) => resolve(data.layers.map((layer) => layer.length));

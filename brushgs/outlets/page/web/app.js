@@ -125,6 +125,7 @@ class App {
 
   /** A promise of what is on the screen, as a PNG, without a highlight; of null while there is nothing. */
   async picture() {
+    if (this._making && !this._made) await this._makeEffects();
     if (!this.painter) return null;
     const { highlight } = this.look;
     this._paint(atMost(this._restingRatio), { ...this.look, highlight: null });
@@ -252,10 +253,11 @@ class App {
 
   async _makeEffects() {
     if (!this.painter || this.isPaused) return;
+    clearTimeout(this._making);
     const timer = this._making, { canvas, look } = this;
     const jobs = this.painter.jobs(this.controls.camera(canvas.width, canvas.height), look);
     const wanted = jobs.filter(Boolean), found = await this._workers.make(wanted);
-    if (timer !== this._making || !this.painter || this.isPaused) return;
+    if (!found || timer !== this._making || !this.painter || this.isPaused) return;
     const { width, height } = canvas;
     this._made = { width, height, effects: jobs.map((job) => (job ? found[wanted.indexOf(job)] : null)) };
     this._paint(atMost(this._restingRatio));

@@ -50,18 +50,21 @@ class EffectWorkers {
     this._script = script;
     this._idle = [];
     this._busy = new Set();
+    this._stop = () => {};
   }
 
-  /** A promise of what jobs make, in their order; it is never kept after `cancel`. */
+  /** A promise of what jobs make, in their order; of null after `cancel`. */
   make(jobs) {
     this.cancel();
-    return Promise.all(jobs.map((job) => this._make(job)));
+    const stopped = new Promise((resolve) => { this._stop = () => resolve(null); });
+    return Promise.race([Promise.all(jobs.map((job) => this._make(job))), stopped]);
   }
 
   /** Stop what is being made. */
   cancel() {
     for (const worker of this._busy) worker.terminate();
     this._busy.clear();
+    this._stop();
   }
 
   _make(job) {
