@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Own(Options, frozen=True):
-    """The output folder, and the file of options."""
+    """The output folder, the file of options, and the moment of a clip."""
 
     # fmt: off
     output: Annotated[Path, option("folder for pictures and videos requested in the page, SCENE-LOOK-1.png "
@@ -32,6 +32,8 @@ class Own(Options, frozen=True):
     save: Annotated[Path | None, option("TOML file of all options, for --config, written anew at each change "
         "in the page, with the pictures that were dropped beside it", metavar="FILE", default="none"
     )] = None
+    moment: Annotated[float, option("moment of a clip that the page shows first; --save keeps the one where "
+        "the page rests", ge=0, unit="seconds")] = 0.0
     # fmt: on
 
 
@@ -143,6 +145,7 @@ def session_of(args: Namespace) -> "Session":
         args.output,
         writes_metadata=not args.no_metadata,
         saved=saved_options(args),
+        moment=args.moment,
         clip_of=lambda source: open_clip(args, source),
         marks=vars(args).get("overpaint.files") or (),
         new_memory=Memory if args.no_cache else lasting_memory,

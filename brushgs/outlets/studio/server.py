@@ -29,7 +29,14 @@ from brushgs.brushes.builtin import stroke_notes
 from brushgs.errors import SceneError
 from brushgs.options.viewer import ServerConfig
 from brushgs.outlets.studio.overpainting import read_stroke
-from brushgs.outlets.studio.settings import read_film, read_json, read_part, read_settings, read_shot
+from brushgs.outlets.studio.settings import (
+    read_film,
+    read_json,
+    read_moment,
+    read_part,
+    read_settings,
+    read_shot,
+)
 from brushgs.outlets.studio.studio import Studio
 
 MAX_UPLOAD = 16 << 20  # bytes of a dropped picture
@@ -378,6 +385,11 @@ class StudioHandler(BaseHTTPRequestHandler):
         settings = read_settings(read_json(body.read()), studio.session.known)
         return Reply.of({"number": studio.change(settings)})
 
+    def moment(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
+        """Keep the moment of a moving scene that is shown."""
+        self.server.studio.keep_moment(read_moment(read_json(body.read())))
+        return Reply.of({})
+
     def file(self, query: Mapping[str, str], body: IO[bytes]) -> Reply:
         """Store a dropped picture."""
         return Reply.of({"id": self.server.studio.add_file(_name_in(query) or "picture", body.read())})
@@ -442,6 +454,7 @@ ROUTES: Mapping[tuple[str, str], Route] = {
     ("GET", "/contents"): StudioHandler.contents,
     ("GET", "/output"): StudioHandler.output,
     ("POST", "/settings"): StudioHandler.settings,
+    ("POST", "/moment"): StudioHandler.moment,
     ("POST", "/file"): StudioHandler.file,
     ("POST", "/scene"): StudioHandler.scene,
     ("POST", "/open"): StudioHandler.open_scene,

@@ -21,6 +21,7 @@ from brushgs.options.choices import LOOKS
 from brushgs.options.overpaint import OverpaintConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneSource
+from brushgs.options.table import number_text
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import page_contents
 from brushgs.outlets.page.export import command_of, of_stills, view_of
@@ -95,6 +96,7 @@ class Session:
         dropped: dropped pictures by id.
         writes_metadata: whether pictures and videos get metadata.
         saved: file of options to write at each change; or None.
+        moment: that a page of a moving scene shows first, seconds from the start.
         clip_of: opens a moving scene; None for a still one, or one moment.
         marks: files of marks of the command line; the page goes on with the last one.
         new_memory: makes the memory of a scene's steps.
@@ -108,6 +110,7 @@ class Session:
     dropped: dict[str, Dropped] = field(default_factory=dict)
     writes_metadata: bool = True
     saved: SavedOptions | None = None
+    moment: float = 0.0
     clip_of: "Callable[[SceneSource], Clip | None]" = lambda source: None
     marks: Sequence[Path] = ()
     new_memory: Callable[[], Memory] = Memory
@@ -153,7 +156,7 @@ class Session:
 
     def of_scene(self, source: SceneSource) -> "Session":
         """The same with another scene."""
-        return replace(self, source=source, marks=(), _finder=Finder(), _below=None)
+        return replace(self, source=source, marks=(), moment=0.0, _finder=Finder(), _below=None)
 
     def save(self, settings: Settings) -> None:
         """Write the file of options, and the dropped pictures that they use.
@@ -166,7 +169,10 @@ class Session:
         given = (settings.stroke, settings.palette)
         used = {key: one for key, one in self.dropped.items() if key in given}
         names = {key: self.saved.keep(key, one.name, one.path) for key, one in used.items()}
-        self.saved.write(self._overrides(settings), [*flags_of(settings, names), *self._mark_flags])
+        flags = [*flags_of(settings, names), *self._mark_flags]
+        if self.moment > 0 and self.clip is not None:
+            flags += ["--moment", number_text(self.moment)]
+        self.saved.write(self._overrides(settings), flags)
 
     def paint(self, settings: Settings, report: Report) -> Painted:
         """Make the painting of settings.

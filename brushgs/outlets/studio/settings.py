@@ -227,6 +227,12 @@ class FilmRequest(Struct, frozen=True, forbid_unknown_fields=True):
     center: tuple[Number, Number, Number] | None = None
 
 
+class MomentRequest(Struct, frozen=True, forbid_unknown_fields=True):
+    """A moment of a moving scene that is shown."""
+
+    seconds: Seconds
+
+
 class PartRequest(Struct, frozen=True, forbid_unknown_fields=True):
     """A part of the scene that was typed."""
 
@@ -254,6 +260,11 @@ class Film:
     config: FilmConfig
     cameras: list[Camera]
     center: tuple[float, ...] | None = None
+
+
+def read_moment(value: Json) -> float:
+    """Seconds of a `MomentRequest`. Raises ValueError."""
+    return request_of(value, MomentRequest).seconds
 
 
 def read_shot(value: Json) -> Shot:

@@ -162,11 +162,13 @@ class Studio:
         looks = [(name, Look.open(name)) for name in known.looks]
         with self._changed:
             dropped = {key: one.name for key, one in self._session.dropped.items()}
+            moment = self._session.moment
             scenes = [{"id": key, "name": one.name} for key, one in self._scenes.known.items()]
             recent = list(self._recent)
         return {
             "scenes": scenes,
             "recent": recent,
+            "moment": moment,
             "looks": [{"name": name, "title": look.title, "goodFor": look.good_for} for name, look in looks],
             "strokes": [{"name": note.name, "goodFor": note.good_for} for note in stroke_notes()],
             "schema": schema(),
@@ -190,6 +192,13 @@ class Studio:
             self._session.save(settings)
             # While the state is locked, so that tasks and states have the same order.
             return self._start(settings, self._next)
+
+    def keep_moment(self, seconds: float) -> None:
+        """Keep the moment of a clip where the page rests. Raises SceneError if it cannot be written."""
+        with self._changed:
+            if seconds != self._session.moment:
+                self._session.moment = seconds
+                self._session.save(self._wanted)
 
     def open_scene(self, key: str) -> int:
         """Start painting another scene with the same settings but places; the shown one stays if that fails.

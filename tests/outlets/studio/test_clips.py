@@ -1,5 +1,7 @@
 """A moving scene in the studio: its page plays, and pictures and videos are of the moment that is shown."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
@@ -53,6 +55,21 @@ def test_a_picture_is_of_the_moment_that_is_shown(session):
     middle = at_moment(painted.prepared, 2 / film.fps).painting.coats[0].strokes
     exact = painted.prepared.painting.posed(painted.prepared.moving.pose(2)).coats[0].strokes
     np.testing.assert_allclose(middle.means, exact.means, atol=1e-6)
+
+
+def test_saved_options_have_the_moment_where_the_page_rests(clip, tmp_path, open_page):
+    file, words = tmp_path / "mine.toml", ["view", str(clip), *FEW, "-o", str(tmp_path)]
+    with paged(session_of(parse([*words, "--save", str(file)])), tmp_path, open_page) as (page, _):
+        page.locator("#moment").evaluate("e => { e.value = 0.1; e.dispatchEvent(new Event('input')); }")
+        until(page, "location.hash.includes('t=0.1')")
+        slide(page, "relief", 0.4)
+    saved = tomllib.loads(file.read_text(encoding="utf-8"))
+    assert (float(saved["moment"]), float(saved["relief"])) == (0.1, 0.4)
+    assert parse(["render", str(clip), "--config", str(file)]).look == "plain"  # for which it means nothing
+    (tmp_path / "again").mkdir()
+    again = session_of(parse(["view", str(clip), "--config", str(file), "-o", str(tmp_path)]))
+    with paged(again, tmp_path / "again", open_page) as (page, _):
+        assert page.evaluate("brushgs.player.seconds") == pytest.approx(0.1)
 
 
 def test_the_scene_moves_in_videos(session):

@@ -35,6 +35,7 @@ class FakeSession:
     known: Known = field(default_factory=Known)
     source: SceneSource = field(default_factory=lambda: SceneSource.of("fake.ply"))
     overpainting: Overpainting = field(default_factory=lambda: Overpainting(Path))  # nothing
+    moment: float = 0.0
 
     def config(self, settings):
         if settings.relief is not None and settings.relief > 1:

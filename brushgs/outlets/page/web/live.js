@@ -50,7 +50,12 @@ class Studio {
   async start() {
     this._choices = await this._server.choices();
     this._build();
-    this.app.player.onRest = () => {
+    const { moment } = this._choices, { player } = this.app;
+    if (moment > 0 && player.duration > 0 && !new URLSearchParams(location.hash.slice(1)).has("t")) {
+      player.setPlaying(false);
+      player.seek(moment);
+    }
+    player.onRest = () => {
       clearTimeout(this._resting);
       this._resting = setTimeout(() => this._keepMoment(), SEND_AFTER);
     };
@@ -103,9 +108,12 @@ class Studio {
     this._where.again();
   }
 
-  /** Keep the moment of a moving scene in the address: a reload shows it again. */
+  /** Keep the moment of a moving scene: in the address, for a reload, and in the saved options. */
   _keepMoment() {
-    if (this.app.player.duration > 0) history.replaceState(null, "", `/#${linkText(this.app)}`);
+    const { player } = this.app;
+    if (player.duration === 0) return;
+    history.replaceState(null, "", `/#${linkText(this.app)}`);
+    this._server.keepMoment(Number(player.seconds.toFixed(3))).catch((error) => this.say(error.message));
   }
 
   /** Say something in a few words. */

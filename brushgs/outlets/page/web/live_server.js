@@ -24,6 +24,11 @@ class StudioServer {
     return (await this._post("/settings", settings)).number;
   }
 
+  /** Keep the moment of a moving scene, in seconds. */
+  keepMoment(seconds) {
+    return this._post("/moment", { seconds });
+  }
+
   /** Keep a picture that was dropped; its id. */
   async addFile(file) {
     const path = `/file?name=${encodeURIComponent(file.name)}`;
