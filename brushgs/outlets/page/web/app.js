@@ -227,10 +227,10 @@ class App {
     const isFirst = this.firstPictureMs === null;
     const isResting = !isFirst && !isMoving;
     this._pace.hasUnderpaint = this.painter.hasUnderpaint;
-    const { share, underpaintStep } = isFirst ? FIRST : this._pace.now;
+    const { share, ...layers } = isFirst ? FIRST : this._pace.now;
     try {
       if (isResting) this._rest();
-      else this._paint(share * atMost(PIXEL_RATIO), { ...this.look, underpaintStep, isWhole: false });
+      else this._paint(share * atMost(PIXEL_RATIO), { ...this.look, ...layers, isWhole: false });
     } catch (error) {
       this.painter = null; // the next frame would fail as well
       this.fail(error);

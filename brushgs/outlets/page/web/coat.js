@@ -24,7 +24,7 @@ class CoatPainter {
     this._eye = new Float64Array(3);
     this._head = new Float64Array(3);
     this._axis = new Float64Array(3);
-    this._sorted = { count: -1, order: "", isParted: false, eye: new Float64Array(3), axis: new Float64Array(3) };
+    this._sorted = { count: -1, order: "", numSlabs: 0, eye: new Float64Array(3), axis: new Float64Array(3) };
     this._brushes = { replaced: undefined, rows: new Float32Array(4 * Math.max(1, header.numSigmas.length)) };
     const column = (name) => (header.arrays[name] === undefined ? null : arrays[header.arrays[name]]);
     this._setColumns(column);
@@ -76,20 +76,20 @@ class CoatPainter {
    * @param {PageCamera} head its eye gives order, colors and directions
    * @param {object} options `order` "distance" or "depth"; `share` of the strokes; `brush` in place of those
    *     of the coat, an index into the brushes of the header, or null; `isBare`, without the border of the
-   *     coat; `part` "strokes" or "underpaint" alone, null for both in one order; `step`, pixels of the picture
-   *     along one of the framebuffer, and `span` along its sides, for underpaint; `x` and `y` of the picture in
-   *     the framebuffer; `detail`; `below` and `belowDetail`, the
+   *     coat; `part` "strokes" or "underpaint" of slab `slab` of `numSlabs`, null for all in one order; `step`,
+   *     pixels of the picture along one of the framebuffer, and `span` along its sides, for underpaint; `x` and
+   *     `y` of the picture in the framebuffer; `detail`; `below` and `belowDetail`, the
    *     textures of the canvas below, for coats with a tolerance, or null; `members`, a texture of 0 to 1 by
    *     stroke: then alphas of what is a member and of what is not take the place of colors, see highlight.js
    */
   draw(camera, head, options) {
     const { order, share, brush, isBare = false, x = 0, y = 0 } = options;
     const { detail = false, below = null, belowDetail = null, members = null } = options;
-    const { part = null, step = 1, span = [camera.width, camera.height] } = options;
+    const { part = null, slab = 0, numSlabs = 0, step = 1, span = [camera.width, camera.height] } = options;
     const count = this.countOf(share);
     if (count === 0) return;
     const { gl } = this;
-    this._sort(count, head, order, part !== null);
+    this._sort(count, head, order, numSlabs);
     this._place(camera, head, brush);
     const isTested = this.header.tolerance !== null && below !== null;
     const program = this._program("stroke.vert", "stroke.frag", [
@@ -113,9 +113,10 @@ class CoatPainter {
     else gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.bindVertexArray(this._vertices);
     gl.bindBuffer(gl.ARRAY_BUFFER, this._instances);
-    const { numSeen, layers } = this._order;
-    gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, part === "underpaint" ? 4 * count : 0);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, part === null ? numSeen : numSeen / layers);
+    const { numSeen, starts } = this._order, k = 2 * slab + (part === "strokes" ? 1 : 0);
+    const [first, end] = part === null ? [0, numSeen] : [starts[k], starts[k + 1]];
+    gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, 4 * first);
+    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, end - first);
     gl.bindVertexArray(null);
     gl.disable(gl.BLEND);
   }
@@ -280,18 +281,18 @@ class CoatPainter {
   }
 
   /** Sort and upload, unless nothing changed that decides the order. */
-  _sort(count, head, order, isParted = false) {
+  _sort(count, head, order, numSlabs) {
     const { gl, _sorted: last, _axis: axis } = this;
     const eye = head.eye(this._eye);
     const isByDepth = order === "depth";
     for (let k = 0; k < 3; k++) axis[k] = isByDepth ? head.viewmat[8 + k] : 0;
-    const isSame = last.count === count && last.order === order && last.isParted === isParted;
+    const isSame = last.count === count && last.order === order && last.numSlabs === numSlabs;
     if (isSame && isSame3(last.eye, eye) && isSame3(last.axis, axis)) return;
-    Object.assign(last, { count, order, isParted });
+    Object.assign(last, { count, order, numSlabs });
     last.eye.set(eye);
     last.axis.set(axis);
     const sorted = this._order.sort(count, eye, isByDepth ? axis : null);
-    const ids = isParted ? this._order.part(count) : sorted;
+    const ids = numSlabs ? this._order.part(numSlabs) : sorted;
     gl.bindBuffer(gl.ARRAY_BUFFER, this._instances);
     gl.bufferSubData(gl.ARRAY_BUFFER, 0, ids, 0, count * this._order.layers);
   }

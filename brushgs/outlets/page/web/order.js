@@ -51,13 +51,23 @@ class StrokeOrder {
   }
 
   /**
-   * Part what was sorted: strokes, then underpaint, each in its order.
+   * Part what was sorted and is not behind the camera into slabs, farthest first: in each of them underpaint, then
+   * strokes, each in its order.
    *
-   * @returns {Uint32Array} `parted`, of numbers as in `ids`: `count` strokes and as many of underpaint
+   * @param {number} numSlabs of about equally many numbers
+   * @returns {Uint32Array} `parted`, of numbers as in `ids`; `starts` [2 numSlabs + 1] says where underpaint and
+   *     strokes of each slab begin
    */
-  part(count) {
-    const { ids, parted } = this;
-    for (let i = 0, stroke = 0, soft = count; i < 2 * count; i++) parted[ids[i] & 1 ? soft++ : stroke++] = ids[i];
+  part(numSlabs) {
+    const { ids, parted, numSeen } = this;
+    this.starts = [0];
+    for (let slab = 0, at = 0; slab < numSlabs; slab++) {
+      const [start, end] = [slab, slab + 1].map((k) => Math.round((k * numSeen) / numSlabs));
+      for (const soft of [1, 0]) {
+        for (let i = start; i < end; i++) if ((ids[i] & 1) === soft) parted[at++] = ids[i];
+        this.starts.push(at);
+      }
+    }
     return parted;
   }
 

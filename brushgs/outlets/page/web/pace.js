@@ -1,12 +1,12 @@
 // How a picture is painted while it moves: as well as the graphics processor does in the time of a frame.
 
 const { UNDERPAINT_STEP } = SHARED;
-// From best to fastest: share of the pixels along a side, and see `underpaintStep` of `Painter.paint`.
+// From best to fastest: share of the pixels along a side; for the others see `Painter.paint`.
 const PACES = [
-  { share: 1, underpaintStep: 0 },
-  { share: 1, underpaintStep: UNDERPAINT_STEP },
-  { share: 0.75, underpaintStep: UNDERPAINT_STEP },
-  { share: 0.5, underpaintStep: UNDERPAINT_STEP },
+  { share: 1, underpaintStep: 0, numSlabs: 1 },
+  { share: 1, underpaintStep: UNDERPAINT_STEP, numSlabs: 4 },
+  { share: 0.75, underpaintStep: UNDERPAINT_STEP, numSlabs: 1 },
+  { share: 0.5, underpaintStep: UNDERPAINT_STEP, numSlabs: 1 },
 ];
 const LAYERED = 0.5; // time of a picture whose underpaint is a layer, over that of one with all in order
 const SLOW_FRAME = 1 / 25; // s
@@ -22,7 +22,7 @@ class Pace {
     this._least = Infinity; // s, of the slow frames
   }
 
-  /** `share` of the pixels along a side and `underpaintStep` for a picture that moves. */
+  /** `share` of the pixels along a side, `underpaintStep` and `numSlabs` for a picture that moves. */
   get now() {
     return PACES[this._level];
   }

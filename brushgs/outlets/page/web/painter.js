@@ -56,12 +56,13 @@ class Painter {
    *     would float before eyes that stand in the scene. Its ground is white where `ground` is true.
    *     underpaintStep: 0 for underpaint among the strokes, as `render` has it; else that of a coat is one layer
    *     below all strokes of the coat, with one pixel for so many along a side: most of the fragments are saved.
+   *     numSlabs: so many layers, each below its share of the strokes; a backdrop has one.
    *     isWhole: whether effects of coats, such as spot blacks, are made as `render` does, which takes seconds;
    *     else coarsely, by shaders. made: what `makeEffect` made of the jobs of `jobs`; null to make it here.
    *     highlight: a `Part`, see highlight.js: a veil lies over what does not belong to it; null for none.
    */
   paint(camera, { head = camera, order = "depth", share = 1, brush = null, ground = true, target = null,
-    viewport = null, isBare = false, highlight = null, underpaintStep = 0,
+    viewport = null, isBare = false, highlight = null, underpaintStep = 0, numSlabs = 1,
     isWhole = !isBare, made = null } = {}) {
     const { gl, _drawing: drawing } = this;
     if (isBare) this._bareCanvas ??= new EffectCanvas(gl, bareHeader(this.contents.header), this.contents.arrays);
@@ -74,19 +75,27 @@ class Painter {
     this._coats.forEach((coat, i) => {
       if (ground === false && coat.header.isBackdrop) return; // strokes alone, as --background transparent has
       Object.assign(drawing, canvas.bindCoat(i), { part: null });
-      if (underpaintStep && !highlight && coat.hasUnderpaint && coat.header.blend !== "glaze") {
-        coat.draw(camera, head, { ...drawing, ...canvas.bindSoft(i, underpaintStep) });
-        canvas.laySoft(i);
-        drawing.part = "strokes";
-      }
+      const isLayered = underpaintStep && !highlight && coat.hasUnderpaint && coat.header.blend !== "glaze";
       if (canvas.isMade(i)) {
         canvas.layEffect(i, made?.[i] ?? makeEffect(this._jobOf(i, canvas, camera, { head, share, brush })));
+      } else if (isLayered) {
+        this._drawLayers(i, canvas, camera, head, underpaintStep, coat.header.isBackdrop ? 1 : numSlabs);
       } else coat.draw(camera, head, drawing);
       highlighter?.add(i, coat, camera, head, drawing);
       canvas.lay(i);
     });
     canvas.finish();
     highlighter?.finish({ width, height, x, y, target });
+  }
+
+  /** Draw a coat in slabs from the farthest on, in each of them a layer of underpaint and the strokes above it. */
+  _drawLayers(i, canvas, camera, head, step, numSlabs) {
+    const { _coats: coats, _drawing: drawing } = this;
+    for (let slab = 0; slab < numSlabs; slab++) {
+      coats[i].draw(camera, head, { ...drawing, ...canvas.bindSoft(i, step), slab, numSlabs });
+      canvas.laySoft(i);
+      coats[i].draw(camera, head, { ...drawing, part: "strokes", slab, numSlabs });
+    }
   }
 
   /** For each coat what `makeEffect` needs for a picture, or null; options are those of `paint`. */
