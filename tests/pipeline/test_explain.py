@@ -33,17 +33,13 @@ def config_of(look, **steps):
 OFF = {"strokes": {"edges": 0.0, "economy": 0.0, "focus": None}, "light": {"key": 0.0}}
 JOBS = {
     "oil": (config_of("oil", ground={"stage": True}), {}),
-    "plain": (config_of("plain"), {}),
-    "depth of field": (config_of("oil", strokes={"depth_of_field": 0.6}), {}),
-    "ink": (config_of("ink"), {}),
-    "watercolour": (config_of("watercolour"), {}),
     "all off": (config_of("oil", **OFF), {}),
     "blind": (config_of("oil", strokes={"see": "off", "direction": Direction("own")}), {}),
     "auto": (config_of("plain", cluster={"strokes": "auto"}), {}),
-    "for the view": (config_of("oil", cluster={"strokes_for": "view"}), {}),
+    "for the view": (config_of("oil", cluster={"strokes_for": "view"}, strokes={"depth_of_field": 0.6}), {}),
     "unclean": (config_of("plain", clean=CleanConfig("off")), {"asks": STROKES}),
-    "given camera": (config_of("oil"), {"views": still_life_camera(width=64, height=48)}),
-    "day": (config_of("oil", light={"sun": (0.0, 0.5, 0.1, 0.6)}), {"views": PathConfig(orbit=3)}),
+    "given camera": (config_of("ink"), {"views": still_life_camera(width=64, height=48)}),
+    "day": (config_of("watercolour", light={"sun": (0.0, 0.5, 0.1, 0.6)}), {"views": PathConfig(orbit=3)}),
     "grows": (config_of("gouache"), {"views": GrowConfig(1.0)}),
 }
 

@@ -110,27 +110,26 @@ COMMANDS = {  # and the module whose `prepare` is watched
 
 @pytest.mark.filterwarnings("ignore::brushgs.SceneWarning")  # three views show no surface twice
 @pytest.mark.parametrize("command", COMMANDS)
-def test_all_commands_make_the_same_strokes(files, tmp_path, monkeypatch, command):
-    """Clusters of a scene and of strokes alone, and strokes that see; render with more options too."""
+def test_all_commands_make_the_same_strokes(files, tmp_path, command):
+    """Clusters of strokes alone, and strokes that see; render with more options too."""
     caught = []
 
     def watched(*args, **options):
         caught.append(prepare(*args, **options))
         return caught[-1]
 
-    monkeypatch.setattr(f"{COMMANDS[command]}.prepare", watched)
     scene, picture = files / "scene.ply", files / "picture.png"
     loaded, strokes = bg.load(scene), bg.load(files / "strokes.ply")
     clusters = bg.cluster(bg.prune(loaded, 0.7), COUNT)
     views = PathConfig(orbit=3) if command in (render_path, stability) else None
     cases = [
-        (scene, BARE, clusters),
         (files / "strokes.ply", BARE, bg.cluster(strokes, COUNT)),
         (scene, PAINT, prepare(scene, PAINT, Report(), views=views).strokes),
     ]
     if command is render:
         few = replace(BARE, prune=PruneConfig(keep=0.4))
         cases += [
+            (scene, BARE, clusters),
             (scene, few, bg.cluster(bg.prune(loaded, 0.4), COUNT)),
             (
                 scene,
@@ -141,7 +140,8 @@ def test_all_commands_make_the_same_strokes(files, tmp_path, monkeypatch, comman
     for number, (path, paint, expected) in enumerate(cases):
         out = tmp_path / f"{number}"
         out.mkdir()
-        assert_same(command(path, paint, out, caught), expected)
+        with patch(f"{COMMANDS[command]}.prepare", watched):
+            assert_same(command(path, paint, out, caught), expected)
 
 
 @for_each("keeps_scene", [False, True])
