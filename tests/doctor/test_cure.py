@@ -42,16 +42,18 @@ def test_what_was_planted_is_taken_out_again(scene, tmp_path):
         assert_same(cured(way(columns), tmp_path), scene, quats=3e-7 if way is plant.unnormalised else 0.0)
 
 
-def test_rows_at_fault_are_dropped_and_the_others_kept(scene, tmp_path):
-    columns = plant.columns_of(scene, tmp_path)
+def test_rows_at_fault_are_dropped_and_the_others_kept(tmp_path):
+    columns = plant.columns_of(ball(), tmp_path)
+    scene = bg.load(tmp_path / "sound.ply")
     for name in ("non-finite-rows", "zero-quaternions", "duplicate-rows", "far-outliers", "screen-fillers"):
         planted = plant.SOME[name](columns, 0.01)
         assert_same(cured(planted, tmp_path), scene.take(np.flatnonzero(~planted.rows)))
 
 
-def test_colors_come_back_as_far_as_the_file_held_them(scene, tmp_path):
+def test_colors_come_back_as_far_as_the_file_held_them(tmp_path):
     """RGB of 0 to 1 is cut there, and bytes are rounded: that is lost for good."""
-    columns = plant.columns_of(scene, tmp_path)
+    columns = plant.columns_of(ball(), tmp_path)
+    scene = bg.load(tmp_path / "sound.ply")
     expected = np.clip(0.5 + C0 * scene.sh[:, 0], 0, 1)
     for way, step in ((plant.linear_colors, 0.0), (plant.byte_colors, 0.5 / 255)):
         found = cured(way(columns), tmp_path)

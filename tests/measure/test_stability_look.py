@@ -46,20 +46,21 @@ def painting(look, *, count=120, has_stage=False):
     )
 
 
-def written(scene, folder, look, path=ORBIT, config=FEW):
-    report = report_stability(scene, folder / "a.json", painting(look), path, config)
+def written(scene, folder, config, path=ORBIT):
+    report = report_stability(scene, folder / "a.json", config, path, FEW)
     return report, json.loads((folder / "a.json").read_text())
 
 
 @pytest.mark.filterwarnings("ignore:the camera turns by 15 degrees a frame")
 def test_figures_are_those_of_the_frames_that_render_writes(scene, tmp_path):
-    report, value = written(scene, tmp_path, "oil")
+    config = painting("oil", has_stage=True)  # of two coats
+    report, value = written(scene, tmp_path, config)
     names = [figures["name"] for figures in value["stability"]["configurations"]]
     assert names == ["track", "anchor", "off", "plain"]
     skipped = [reason for stage in report.stages for reason in stage.skipped]
     assert "published: no figures of whole paintings in a look were published" in skipped
     assert len({report.result[name].warps[0].rmse for name in names}) == 4
-    config = replace(painting("oil"), output=replace(PaintConfig().output, bits=16))
+    config = replace(config, output=replace(PaintConfig().output, bits=16))
     paint_sequence(scene, tmp_path / "%05d.png", ORBIT, config)
     prepared = prepare(scene, config, Report(), views=ORBIT, asks=(*PICTURE, "scene"))
     ground = behind(prepared.painting)
@@ -82,7 +83,7 @@ def test_figures_are_those_of_the_frames_that_render_writes(scene, tmp_path):
 
 def test_a_scene_that_moves_has_figures_in_a_look(tmp_path):
     clip = Clip(still_life_moving(1000), ClipConfig(start=Moment(1.2), end=Moment(1.3)))
-    report, value = written(clip, tmp_path, "oil", None)
+    report, value = written(clip, tmp_path, painting("oil"), None)
     found = report.result
     names = [figures["name"] for figures in value["stability"]["configurations"]]
     assert names == ["track", "anchor", "off", "alone", "plain"]
