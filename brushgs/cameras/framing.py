@@ -319,8 +319,8 @@ def weighted_quantiles(
     values: NDArray[np.float64], weights: NDArray[np.float64], at: tuple[float, ...]
 ) -> list[float]:
     """Weighted quantiles of `values` at the given shares of the weight."""
-    columns = (np.ascontiguousarray(column, np.float64) for column in (values, weights))
-    return list(_core.weighted_quantiles(*columns, at))
+    values, weights = (np.ascontiguousarray(column, np.float64) for column in (values, weights))
+    return list(_core.weighted_quantiles(values, weights, at))
 
 
 def camera_axes(up: NDArray[np.float64], azimuth: float, elevation: float) -> NDArray[np.float64]:

@@ -12,7 +12,6 @@ import numpy as np
 from brushgs.cameras.framing import camera_axes
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
-from brushgs.first_view.sample import ViewSample
 from brushgs.values.arrays import F64
 
 MARGIN = 0.9  # of the scores of both ends: below, the front is not sure
@@ -41,7 +40,7 @@ class Front:
         return self.margin >= MARGIN
 
 
-def find_front(sample: ViewSample, up: F64) -> Front:
+def find_front(sample: _core.ViewSample, up: F64) -> Front:
     """The front of a subject that stands upright along `up` [3]."""
     level = camera_axes(up, 0.0, 0.0).ravel().tolist()
     azimuth, *measures = _core.find_front(sample, level, num_threads_or_default(None))

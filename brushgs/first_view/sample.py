@@ -14,15 +14,13 @@ from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 
-ViewSample = _core.ViewSample
-
 SIDE = 96  # pixels
 FAINTEST = 0.02  # opacity: below, haze
 DISTANCE = 4.0  # of the camera from the middle, in radii
 FILLED = 0.95  # share of the picture filled by the sphere around the sample
 
 
-def take_sample(gaussians: Gaussians) -> ViewSample | None:
+def take_sample(gaussians: Gaussians) -> _core.ViewSample | None:
     """The subject of N >= 1 Gaussians, thinned; None if nothing with extent is visible."""
     sample = _core.take_view_sample(**gaussians.columns())
     return sample if sample.count else None

@@ -17,7 +17,6 @@ import numpy as np
 from brushgs.cameras.framing import AXES
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
-from brushgs.first_view.sample import ViewSample
 from brushgs.values.arrays import F64
 
 SURE = 0.85  # probability from which the best axis is taken without a note
@@ -27,7 +26,7 @@ PRIORS = dict(zip(AXES, _core.UP_PRIORS, strict=True))
 Ups = tuple[tuple[str, float], ...]  # names of axes with probabilities, the most probable first
 
 
-def up_probabilities(sample: ViewSample | None) -> Ups:
+def up_probabilities(sample: _core.ViewSample | None) -> Ups:
     """The six axes with the probability that they are up, the most probable first.
 
     Below 5000 rows a scene is a fragment, for which no probability exceeds 0.8.
@@ -57,6 +56,6 @@ def ranking_text(ups: Ups, taken: str) -> str:
     return ", ".join(f"{name} {share:.2f}" for name, share in shown)
 
 
-def up_evidence(sample: ViewSample) -> F64:
+def up_evidence(sample: _core.ViewSample) -> F64:
     """[6] log odds of each of `AXES` without priors; they rotate with the scene."""
     return np.array(_core.up_evidence(sample, num_threads_or_default(None)))
