@@ -170,9 +170,10 @@ class Dropping {
 
   async _show(run) {
     await this._remember(run);
-    const horizon = horizonOf(upOf(this._up.value));
-    const front = await run("front", { level: orbitAxes(horizon, 0, 0, 0, []) });
-    const view = firstView(this._blank.header.camera, this._scene, horizon, front);
+    const axis = this._up.value, horizon = horizonOf(upOf(axis));
+    const fronts = (this._scene.fronts ??= {}); // by the axis that is up
+    fronts[axis] ??= await run("front", { level: orbitAxes(horizon, 0, 0, 0, []) });
+    const view = firstView(this._blank.header.camera, this._scene, horizon, fronts[axis]);
     Object.assign(view, await run("reach", { camera: view.camera }));
     this.app.replace(this._contents(view));
     document.getElementById("dropFields").hidden = false;
