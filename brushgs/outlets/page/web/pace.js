@@ -4,7 +4,7 @@ const { UNDERPAINT_STEP } = SHARED;
 // From best to fastest: share of the pixels along a side; for the others see `Painter.paint`.
 const PACES = [
   { share: 1, underpaintStep: 0, numSlabs: 1 },
-  { share: 1, underpaintStep: UNDERPAINT_STEP, numSlabs: 4 },
+  { share: 1, underpaintStep: UNDERPAINT_STEP, numSlabs: 2 },
   { share: 0.75, underpaintStep: UNDERPAINT_STEP, numSlabs: 1 },
   { share: 0.5, underpaintStep: UNDERPAINT_STEP, numSlabs: 1 },
 ];
