@@ -70,8 +70,8 @@ def test_a_frame_painted_over_gives_the_same_marks(folder):
 
 
 def test_films_show_marks(folder):
-    path = ("--size", "160x120", "--orbit", "24", "--sway", "10", "-o", "film_%02d.png")
-    run(folder, "render", "scene.ply", "--quiet", "--strokes", "150", "--marks", "scene.marks", *path)
+    path = ("--orbit", "24", "--sway", "10", "-o", "film_%02d.png")
+    run(folder, "render", "scene.ply", *VIEW, "--strokes", "150", "--marks", "scene.marks", *path)
     areas = [red(path).sum() for path in sorted(folder.glob("film_*.png"))]
     assert len(areas) == 24
     assert min(areas) >= 0.7 * max(areas)
