@@ -105,7 +105,7 @@ class _Outline:
         steep = np.hypot(*slopes)
         is_edge = (inside & ~ndimage.binary_erosion(inside, border_value=1))[1:-1, 1:-1] & (steep > 1e-6)
         edge = np.nonzero(is_edge)
-        step = max(ACROSS * diagonal, 1.5) * slopes[:, *edge] / steep[edge]
+        step = max(ACROSS * diagonal, 1.5) * np.stack([one[edge] for one in slopes]) / steep[edge]
         last = np.array(alpha.shape)[:, None] - 1
         inner, outer = (np.clip(np.rint(edge + side * step).astype(np.int64), 0, last) for side in (1, -1))
         return cls(edge, (tuple(inner), tuple(outer)), SMOOTH[1] * diagonal)
