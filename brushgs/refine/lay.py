@@ -15,7 +15,6 @@ import numpy as np
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.passes.form.mark_directions import Marks, mark_wish
 from brushgs.passes.form.neighborhood import Neighborhood
-from brushgs.passes.form.orient import HEADING
 from brushgs.passes.form.planes import Planes, ramp, unit_pairs
 from brushgs.rendering.render import render
 from brushgs.values.arrays import F64, Array, Mask, Rows
@@ -145,7 +144,7 @@ def lay_marks(
     facing = np.stack([view.facing(planes) for view in views])
     judges = np.where(facing.max(axis=0) > FACING[0], (facing * _weights_of(views)).argmax(axis=0), -1)
     laid = _as_seen(laid, planes, views, judges, np.bincount(parents)[parents] > 1)
-    around = Neighborhood.of(planes, laid)
+    around = Neighborhood(laid)
     pairs = _directions(planes, marks, views, facing) if turns else _own_directions(planes)
     smooth = planes.lower(around.smoothed(planes.lift(pairs, np.hypot(*pairs.T))))[0]
     units, lengths = unit_pairs(pairs + SMOOTH * smooth)
@@ -305,7 +304,7 @@ def _shaped(
     strokes: Gaussians, planes: Planes, along: F64, longest: F64, middle: F64, around: Neighborhood
 ) -> Gaussians:
     """The strokes with these directions [n, 3] and scales [n] in their planes."""
-    along = around.agreed(along, np.broadcast_to(HEADING, along.shape))
+    along = around.agreed(along)
     normals = planes.axes[:, 2]
     rotations = np.stack([along, np.cross(normals, along), normals], axis=2)
     scales = np.stack([longest, middle, np.minimum(planes.scales[:, 2], 0.5 * middle)], axis=1)

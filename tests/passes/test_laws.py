@@ -255,7 +255,7 @@ def test_the_number_of_threads_changes_no_bit(name):
         np.testing.assert_array_equal(outcomes[1][column], values, err_msg=column)
 
 
-BLOCKS = {"orient by form": "form.planes", "recolor": "color.color_map"}
+BLOCKS = {"recolor": "color.color_map"}
 
 
 @for_each(("name", "module"), BLOCKS.items())

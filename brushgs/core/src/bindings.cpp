@@ -358,6 +358,7 @@ NB_MODULE(_core, m) {
         .value("anchor", brushgs::Lock::anchor)
         .value("given", brushgs::Lock::given);
     bind_boxes(m);
+    bind_form(m);
     bind_layers(m);
     bind_rows(m);
     bind_views(m);

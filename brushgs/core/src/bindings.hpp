@@ -28,6 +28,7 @@ using namespace nb::literals;
 namespace bindings {
 
 void bind_boxes(nb::module_& m);   // bind_boxes.cpp
+void bind_form(nb::module_& m);    // bind_form.cpp
 void bind_layers(nb::module_& m);  // bind_layers.cpp
 void bind_rows(nb::module_& m);    // bind_rows.cpp
 void bind_views(nb::module_& m);   // bind_views.cpp

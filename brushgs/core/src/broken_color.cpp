@@ -7,9 +7,9 @@
 #include <numbers>
 #include <vector>
 
+#include "brushgs/colors.hpp"
 #include "brushgs/equal_rows.hpp"
 #include "brushgs/exponentials.hpp"
-#include "brushgs/features.hpp"
 #include "brushgs/nearest.hpp"
 #include "brushgs/row_loop.hpp"
 
@@ -45,11 +45,7 @@ Matrix inverse_of(const Matrix& m) {
     return inverse;
 }
 
-// Display-encoded values to linear light and back: IEC 61966-2-1, negative ones mirrored.
-double linear_of(double encoded) {
-    const double size = std::abs(encoded);
-    return std::copysign(size <= 0.04045 ? size / 12.92 : power_of((size + 0.055) / 1.055, 2.4), encoded);
-}
+// The inverse of `linear_of`.
 double encoded_of(double linear) {
     const double size = std::abs(linear);
     return std::copysign(size <= 0.0031308 ? size * 12.92 : 1.055 * power_of(size, 1 / 2.4) - 0.055, linear);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "brushgs/colors.hpp"
 #include "brushgs/exponentials.hpp"
 #include "brushgs/key_order.hpp"
 #include "brushgs/quats.hpp"
@@ -17,11 +18,6 @@ constexpr double kMostScale = 2;                          // radii: no more than
 constexpr std::size_t kNeighbors = 16;                    // in a group; 8 and 64 cost up to 0.2 dB on the still life
 constexpr double kLeastDetail = 0.01, kMostDetail = 0.1;  // RGB 0 to 1; with at most 0.2 the skull loses 0.2 dB
 constexpr double kLeastWeight = 1e-9;                     // above zero: each Gaussian belongs to a cluster
-
-template <class T>
-double base_color(const T* sh, std::size_t channel) {
-    return std::clamp(0.5 + kBand0 * static_cast<double>(sh[channel]), 0.0, 1.0);
-}
 
 // Standard deviation of the base colors of some rows.
 template <class T>

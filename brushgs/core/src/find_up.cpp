@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "brushgs/colors.hpp"
 #include "brushgs/cpu.hpp"
 #include "brushgs/extent.hpp"
-#include "brushgs/features.hpp"
 #include "brushgs/quats.hpp"
 #include "brushgs/subject.hpp"
 #include "brushgs/view_pictures.hpp"

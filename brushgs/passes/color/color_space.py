@@ -28,7 +28,7 @@ _XYZ_FROM_RGB = np.array(
     [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
 )
 # XYZ over the white point, which is the sum of each row: a gray has three equal numbers.
-_XYZ_OVER_WHITE = _XYZ_FROM_RGB / _XYZ_FROM_RGB.sum(axis=1, keepdims=True)
+XYZ_OVER_WHITE = _XYZ_FROM_RGB / _XYZ_FROM_RGB.sum(axis=1, keepdims=True)
 _LAB_FROM_ROOTS = np.array([[0.0, 1.16, 0.0], [5.0, -5.0, 0.0], [0.0, 2.0, -2.0]])
 _BLACK = np.array([-0.16, 0.0, 0.0])  # offset that makes the lightness of black 0
 _DARKEST_ROOT = 6 / 29  # below, the cube root is replaced by its tangent
@@ -104,7 +104,7 @@ class Space:
         linear = linear_from_srgb(np.asarray(rgb, np.float64))
         if self.name == "linear":
             return np.asarray(linear, np.float64)
-        return np.asarray(_root(linear @ _XYZ_OVER_WHITE.T) @ _LAB_FROM_ROOTS.T + _BLACK)
+        return np.asarray(_root(linear @ XYZ_OVER_WHITE.T) @ _LAB_FROM_ROOTS.T + _BLACK)
 
     def back(self, colors: F64) -> F64:
         """Colors [N, 3] of this space, display-encoded: the inverse of `to`."""
@@ -113,7 +113,7 @@ class Space:
         if self.name == "linear":
             return np.asarray(srgb_from_linear(colors), np.float64)
         roots = (colors - _BLACK) @ np.linalg.inv(_LAB_FROM_ROOTS).T
-        return np.asarray(srgb_from_linear(_cube(roots) @ np.linalg.inv(_XYZ_OVER_WHITE).T), np.float64)
+        return np.asarray(srgb_from_linear(_cube(roots) @ np.linalg.inv(XYZ_OVER_WHITE).T), np.float64)
 
     def slopes_to(self, rgb: F64) -> F64:
         """[N, 3, 3] the derivative of `to` at display-encoded colors [N, 3]."""
@@ -122,8 +122,8 @@ class Space:
         into = srgb_slope(rgb)[:, None, :]
         if self.name == "linear":
             return np.asarray(into * np.eye(3))
-        roots = _root_slope(linear_from_srgb(rgb) @ _XYZ_OVER_WHITE.T)
-        return np.asarray(_LAB_FROM_ROOTS @ (roots[:, :, None] * _XYZ_OVER_WHITE) * into)
+        roots = _root_slope(linear_from_srgb(rgb) @ XYZ_OVER_WHITE.T)
+        return np.asarray(_LAB_FROM_ROOTS @ (roots[:, :, None] * XYZ_OVER_WHITE) * into)
 
     def slopes(self, before: F64, after: F64, matrix: F64) -> F64:
         """Derivative of a linear map in this space by display-encoded colors.
@@ -141,10 +141,10 @@ class Space:
         into, out = srgb_slope(before), 1 / srgb_slope(after)
         if self.name == "lab":
             matrix = np.linalg.inv(_LAB_FROM_ROOTS) @ matrix @ _LAB_FROM_ROOTS
-            into_roots = _root_slope(linear_from_srgb(before) @ _XYZ_OVER_WHITE.T)
-            from_roots = 1 / _root_slope(linear_from_srgb(after) @ _XYZ_OVER_WHITE.T)
+            into_roots = _root_slope(linear_from_srgb(before) @ XYZ_OVER_WHITE.T)
+            from_roots = 1 / _root_slope(linear_from_srgb(after) @ XYZ_OVER_WHITE.T)
             middle = from_roots[:, :, None] * matrix * into_roots[:, None, :]
-            inner = np.einsum("ik,nkl->nil", np.linalg.inv(_XYZ_OVER_WHITE), middle @ _XYZ_OVER_WHITE)
+            inner = np.einsum("ik,nkl->nil", np.linalg.inv(XYZ_OVER_WHITE), middle @ XYZ_OVER_WHITE)
         else:
             inner = np.broadcast_to(matrix, (len(before), 3, 3))
         return np.asarray(out[:, :, None] * inner * into[:, None, :])

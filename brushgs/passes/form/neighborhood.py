@@ -1,88 +1,74 @@
-"""The neighbors of each stroke, for smoothing directions, agreement of signs, and curvature."""
+"""The planes and neighbors of strokes, as the core keeps them to turn strokes along the form."""
 
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
-from brushgs.passes.color.color_space import Space
-from brushgs.passes.form.planes import Planes, blocks, unit_pairs
-from brushgs.values.arrays import F64
+from brushgs.passes.color.color_space import XYZ_OVER_WHITE
+from brushgs.values.arrays import F64, Array
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.sh import base_colors
-
-NUM_NEIGHBORS = 10
-ROUNDS = 4
-COLOR_SPREAD = 0.03  # squared difference of colors, CIELAB / 100, at which a neighbor counts 1/e
-HALF_BEND = 0.03  # squared difference of normals, as sines, that counts half
 
 
-@dataclass(frozen=True, eq=False)
 class Neighborhood:
-    """The neighbors of strokes, with weights.
+    """n strokes and the nearest others of each, which count more with the same plane and color."""
 
-    Attributes:
-        rows: [n, k] the k nearest others.
-        weights: [n, k] their weights, sum 1 or 0: more for neighbors of the same plane and color that are
-            not smaller.
-    """
-
-    rows: NDArray[np.int32]
-    weights: F64
-
-    @classmethod
-    def of(cls, planes: Planes, strokes: Gaussians) -> "Neighborhood":
-        """The neighbors of strokes."""
-        rows = np.empty((len(planes), max(0, min(NUM_NEIGHBORS, len(planes) - 1))), dtype=np.int32)
-        _core.neighbors(planes.means, rows, num_threads_or_default(None))
-        normals, colors = planes.axes[:, 2], Space("lab").to(base_colors(strokes.sh))
-        units = np.where(planes.sizes > 0, planes.sizes, 1.0)[:, None]
-        weights = np.empty(rows.shape)
-        for some in blocks(len(planes)):
-            others = rows[some]
-            away = colors[others] - colors[some, None]
-            with np.errstate(over="ignore"):
-                shares = np.minimum(planes.sizes[others] / units[some], 1) ** 2
-            shares *= np.einsum("nki,ni->nk", normals[others], normals[some]) ** 2
-            weights[some] = shares * np.exp(-np.einsum("nki,nki->nk", away, away) / COLOR_SPREAD)
-        totals = weights.sum(axis=1, keepdims=True)
-        return cls(rows, weights / np.where(totals > 0, totals, 1.0))
+    def __init__(self, strokes: Gaussians) -> None:
+        columns = {
+            name: np.ascontiguousarray(getattr(strokes, name)) for name in ("means", "quats", "scales", "sh")
+        }
+        threads = num_threads_or_default(None)
+        self._form = _core.form_of(**columns, xyz_over_white=XYZ_OVER_WHITE, num_threads=threads)
+        self._strokes = strokes
 
     def smoothed(self, values: F64) -> F64:
         """Columns [n, c], repeatedly averaged with the mean of the neighbors."""
-        for _ in range(ROUNDS):
-            values = 0.5 * values + 0.5 * self.mean(values)
-        return values
+        smooth = np.array(values, np.float64, order="C")
+        _core.smooth(self._form, smooth)
+        return smooth
 
-    def mean(self, values: F64) -> F64:
-        """The weighted mean of the neighbors' columns [n, c]."""
-        means = np.empty_like(values)
-        for some in blocks(len(values)):
-            means[some] = (self.weights[some, None] @ values[self.rows[some]])[:, 0]
-        return means
+    def agreed(self, directions: F64) -> F64:
+        """Directions [n, 3], flipped to agree with their neighbors."""
+        flipped = np.array(directions, np.float64, order="C")
+        _core.agree(self._form, flipped)
+        return flipped
 
-    def agreed(self, directions: F64, headings: F64) -> F64:
-        """Directions [n, 3], flipped to agree with their neighbors, starting from `headings` [n, 3].
+    def field(self, gaussians: Gaussians, *, by_color_alone: bool) -> tuple[F64, F64]:
+        """Directions before smoothing: pairs [n, 2] and weights [n], by the Gaussians of the strokes."""
+        pairs, weights = np.empty((len(self._strokes), 2)), np.empty(len(self._strokes))
+        _core.form_field(
+            self._form,
+            **_columns(gaussians, "means", "scales", "opacities", "sh"),
+            xyz_over_white=XYZ_OVER_WHITE,
+            by_color_alone=by_color_alone,
+            pairs=pairs,
+            weights=weights,
+        )
+        return pairs, weights
 
-        The stroke image runs from left to right along the longest axis, in the sign of the quaternion's
-        matrix: the anchor direction of the lock.
+    def turned(self, pairs: F64, weights: F64, **requested: F64) -> Gaussians:
+        """The strokes along smoothed directions.
+
+        Args:
+            pairs: [n, 2] as those of `field`.
+            weights: [n] likewise.
+            requested: `say`, `aspects`, `marked`, `headings`: of the user, see stroke_form.hpp; all or none.
         """
-        for _ in range(ROUNDS):
-            is_against = np.einsum("ni,ni->n", directions, headings) < 0
-            directions = np.where(is_against[:, None], -directions, directions)
-            headings = directions + self.mean(directions)
-        return directions
+        quats, scales = (
+            np.empty((len(self._strokes), width), self._strokes.scales.dtype) for width in (4, 3)
+        )
+        _core.turn_strokes(
+            self._form,
+            pairs=pairs,
+            weights=weights,
+            **requested,
+            quats=np.ascontiguousarray(self._strokes.quats),
+            turned_quats=quats,
+            turned_scales=scales,
+        )
+        return replace(self._strokes, quats=quats, scales=scales)
 
-    def least_curvature(self, planes: Planes) -> F64:
-        """Pairs [n, 2] along which normals change least; weight 0 to 1, 1/2 at a spread of 10 degrees."""
-        normals, moments = planes.axes[:, 2], np.empty((len(planes), 2, 2))
-        for some in blocks(len(planes)):
-            others, weights = normals[self.rows[some]], self.weights[some, None]
-            facing = np.sign(np.einsum("nki,ni->nk", others, normals[some]))
-            bends = (facing[:, :, None] * others) @ planes.axes[some, :2].transpose(0, 2, 1)
-            bends -= weights @ bends
-            moments[some] = (weights.transpose(0, 2, 1) * bends).transpose(0, 2, 1) @ bends
-        most, bend = unit_pairs(np.stack([moments[:, 0, 0] - moments[:, 1, 1], 2 * moments[:, 0, 1]], axis=1))
-        return -most * (bend / (bend + HALF_BEND))[:, None]
+
+def _columns(gaussians: Gaussians, *names: str) -> dict[str, Array]:
+    return {name: np.ascontiguousarray(getattr(gaussians, name)) for name in names}

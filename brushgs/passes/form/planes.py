@@ -5,7 +5,6 @@ weight w: pairs can be added, and perpendicular directions cancel. Between diffe
 d d^T in space, of which six numbers are kept.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -15,7 +14,6 @@ from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 
-ROWS_AT_A_TIME = 1 << 14  # strokes with their neighbors in memory
 _ROWS, _COLUMNS = np.array([(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)]).T  # of the six numbers
 _TIMES = np.where(_ROWS == _COLUMNS, 1.0, 2.0)  # how often each occurs in the matrix
 
@@ -110,9 +108,3 @@ def unit_pairs(pairs: F64) -> tuple[F64, F64]:
 def ramp(values: F64, low: float, high: float) -> F64:
     """0 up to `low`, 1 from `high` on, linear in between."""
     return np.clip((values - low) / (high - low), 0.0, 1.0)
-
-
-def blocks(num: int) -> Iterator[slice]:
-    """The rows of `num` strokes, a few at a time."""
-    for first in range(0, num, ROWS_AT_A_TIME):
-        yield slice(first, min(first + ROWS_AT_A_TIME, num))

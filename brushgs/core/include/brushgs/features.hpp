@@ -8,8 +8,7 @@
 namespace brushgs {
 
 constexpr std::size_t kFeatures = 9;
-constexpr double kBand0 = 0.28209479177387814;  // 1 / (2 sqrt(pi)): the view-independent basis function
-constexpr double kContributionPower = 0.375;    // of weights: 1/4 costs the skull 0.1 dB, 1/2 the still life 0.6
+constexpr double kContributionPower = 0.375;  // of weights: 1/4 costs the skull 0.1 dB, 1/2 the still life 0.6
 
 template <class T>
 struct FeatureQuery {

@@ -5,7 +5,7 @@
 #include <array>
 #include <cmath>
 
-#include "brushgs/features.hpp"
+#include "brushgs/colors.hpp"
 #include "brushgs/scene_rows.hpp"
 
 namespace brushgs {
