@@ -13,6 +13,7 @@
 #include "brushgs/prune.hpp"
 #include "brushgs/rows.hpp"
 #include "brushgs/solid.hpp"
+#include "brushgs/stroke_form.hpp"
 #include "brushgs/visible_shares.hpp"
 #include "brushgs/worth.hpp"
 
@@ -127,6 +128,23 @@ StrokeQuery<float> query_of(const GaussianColumns& strokes, double finest) {
             kThreads};
 }
 
+// What `brushgs.orient(strokes, gaussians)` makes of strokes.
+void turn_along_form(const GaussianColumns& gaussians, const double* xyz_over_white, GaussianColumns& strokes) {
+    if (strokes.count == 0) return;
+    const StrokeForm form =
+        form_of<float>({strokes.means.data(), strokes.quats.data(), strokes.scales.data(), strokes.sh.data(),
+                        strokes.count, strokes.sh_terms, xyz_over_white, kThreads});
+    const FormField field =
+        form_field<float>(form,
+                          {gaussians.means.data(), gaussians.scales.data(), gaussians.opacities.data(),
+                           gaussians.sh.data(), gaussians.count, gaussians.sh_terms, xyz_over_white},
+                          false);
+    std::vector<float> quats(4 * strokes.count), scales(3 * strokes.count);
+    turn_strokes(form, field.pairs.data(), field.weights.data(), {}, strokes.quats.data(), quats.data(), scales.data());
+    strokes.quats = std::move(quats);
+    strokes.scales = std::move(scales);
+}
+
 }  // namespace
 
 Reach reach_in(const PictureView& view, const float* means, std::size_t count) {
@@ -191,6 +209,7 @@ GaussianColumns strokes_of_scene(const SceneColumns& scene, const Extent& extent
     make_solid(query, options.solid, scales.data(), opacities.data());
     strokes.scales = std::move(scales);
     strokes.opacities = std::move(opacities);
+    turn_along_form(kept, options.xyz_over_white, strokes);
     break_colors<float>({.means = strokes.means.data(),
                          .scales = strokes.scales.data(),
                          .opacities = strokes.opacities.data(),

@@ -130,7 +130,8 @@ BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* numbers)
                                          .chroma = numbers[8],
                                          .cones_from_rgb = numbers + 9,
                                          .lab_from_roots = numbers + 18,
-                                         .draws = numbers + 27};
+                                         .xyz_over_white = numbers + 27,
+                                         .draws = numbers + 36};
     strokes = brushgs::strokes_of_scene(scene, extent, options, tell_page);
     arrange();
 }

@@ -29,7 +29,7 @@ SOURCES = (
                 "features",
             ),
             *("equal_rows", "floaters", "components", "prune"),
-            *("surroundings", "worth", "solid", "broken_color"),
+            *("surroundings", "worth", "solid", "stroke_form", "surface_field", "broken_color"),
             *("subject", "view_pictures", "find_up", "find_front", "cpu"),
             *("project", "project_kernel", "raster", "raster_kernel", "soft_queues", "soft_crowd"),
             *("lloyd", "nearest", "reassign", "merge", "gaps", "coverage", "moments", "groups", "key_order"),

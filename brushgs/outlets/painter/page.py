@@ -27,6 +27,7 @@ from brushgs.outlets.page.html import page_html
 from brushgs.outlets.page.view import PageView
 from brushgs.outlets.painter.build import painter_module
 from brushgs.passes.color.broken_color import CHROMA, LIGHTNESS
+from brushgs.passes.color.color_space import XYZ_OVER_WHITE
 from brushgs.passes.finest import DISTANCE, usual_finest
 from brushgs.passes.form.solid import STRENGTH
 from brushgs.passes.reduce.features import COLOR_WEIGHT
@@ -99,7 +100,8 @@ def painter_contents(module: bytes) -> PageContents:
 def _numbers() -> list[float]:
     """`StrokeOptions` of the core from `finest`, in radii of the scene, up to the draws."""
     shapes = [usual_finest(1.0), COLOR_WEIGHT, NUM_STEPS, GAIN, OVERLAP, DEFAULT_KEEP, STRENGTH]
-    return [*shapes, LIGHTNESS, CHROMA, *CONES_FROM_RGB.ravel().tolist(), *OKLAB_FROM_ROOTS.ravel().tolist()]
+    matrices = np.stack([CONES_FROM_RGB, OKLAB_FROM_ROOTS, XYZ_OVER_WHITE])
+    return [*shapes, LIGHTNESS, CHROMA, *matrices.ravel().tolist()]
 
 
 def _specks(count: int) -> Gaussians:

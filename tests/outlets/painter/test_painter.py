@@ -59,7 +59,8 @@ def strokes_of_passes(path, count):
     gaussians = bg.clean(bg.load(path))
     kept = bg.prune(gaussians, at_least=count)
     merged = bg.cluster(kept, count)
-    plain = bg.solidify(merged.take(worth_keeping(merged)) if len(kept) > count else merged)
+    solid = bg.solidify(merged.take(worth_keeping(merged)) if len(kept) > count else merged)
+    plain = bg.orient(solid, kept)
     return gaussians, kept, plain, bg.break_colors(plain)
 
 

@@ -1,6 +1,5 @@
 // Gaussians of a scene -> strokes in space, without views of it, for a page that has no Python: those of an oil
-// painting that is not guided by views, in the direction of their clusters. Each step is the function that Python calls
-// too.
+// painting that is not guided by views. Each step is the function that Python calls too.
 #pragma once
 
 #include <cstddef>
@@ -33,6 +32,7 @@ struct StrokeOptions {
     double solid;              // strength of solid paint, see solid.hpp
     double lightness, chroma;  // of broken color, see broken_color.hpp
     const double *cones_from_rgb, *lab_from_roots;  // [3, 3] each, likewise
+    const double* xyz_over_white;                   // [3, 3], see FormQuery
     const double* draws;                            // see Lloyd
 };
 
@@ -40,7 +40,8 @@ struct StrokeOptions {
 void clean_scene(SceneColumns& scene);
 
 // Of a clean scene and its extent: the Gaussians that contribute most, merged where there are more than strokes, those
-// that are worth it, as solid paint in broken color. `tell` is called with the share of the work that is done.
+// that are worth it, as solid paint along the form, in broken color. `tell` is called with the share of the work that
+// is done.
 GaussianColumns strokes_of_scene(const SceneColumns& scene, const Extent& extent, const StrokeOptions& options,
                                  void (*tell)(double share));
 
