@@ -10,7 +10,7 @@ import sys
 import textwrap
 from argparse import SUPPRESS, Action, ArgumentParser, Namespace, RawDescriptionHelpFormatter, _HelpAction
 from collections.abc import Iterator, Sequence
-from functools import partial
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NoReturn
@@ -136,25 +136,30 @@ def _configured(words: list[str]) -> list[str]:
 
 
 def build_parser(words: Sequence[str]) -> ArgumentParser:
-    """The parser of all commands; only commands in `words` get flags."""
+    """The parser of all commands, made once; only commands in `words` have flags."""
+    return _parsers(tuple(name for name in COMMANDS if name in words))[0]
+
+
+def command_parser(name: str) -> ArgumentParser:
+    """The parser of one command, made once, for its arguments without the name."""
+    return _parsers((name,))[1][name]
+
+
+@cache  # 4 ms for `render`: a batch, or a program, runs many commands
+def _parsers(names: tuple[str, ...]) -> tuple[ArgumentParser, dict[str, ArgumentParser]]:
+    """The parser of all commands, and the parser of each; only those of `names` have flags."""
     parser = _Parser(
         "brushgs", description=DESCRIPTION, epilog=EPILOG, formatter_class=RawDescriptionHelpFormatter
     )
     add_help(parser, has_short=False)
     parser.add_argument("--version", action="version", version=f"brushgs {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    made: dict[str, ArgumentParser] = {}
     for name, help in COMMANDS.items():
-        command = commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.")
-        if name in words:
-            _add_flags(command, name)
-    return parser
-
-
-def command_parser(name: str) -> ArgumentParser:
-    """The parser of one command, for its arguments without the name."""
-    parser = _Parser(f"brushgs {name}")
-    _add_flags(parser, name)
-    return parser
+        made[name] = commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.")
+        if name in names:
+            _add_flags(made[name], name)
+    return parser, made
 
 
 def _add_flags(command: ArgumentParser, name: str) -> None:
