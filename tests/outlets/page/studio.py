@@ -4,6 +4,7 @@ Pictures are painted into a float target and read in the task that painted them.
 """
 
 import base64
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -56,6 +57,31 @@ const pixelsOf = (target, place, x, y, width, height) => {
   gl.readPixels(x, y, width, height, gl.RGBA, gl.FLOAT, pixels);
   return encoded(pixels);
 };
+// Paintings share programs, whose compilation takes most of the time of a small picture: each is as if new.
+const programs = new Map(), NewProgram = Program;
+NewProgram.prototype.dispose = () => {};
+Program = class {
+  constructor(gl, ...what) {
+    const key = JSON.stringify(what), made = programs.get(key) ?? new NewProgram(gl, ...what);
+    if (programs.has(key)) clear(made);
+    programs.set(key, made);
+    return made;
+  }
+};
+const UNIFORMS = {
+  [gl.FLOAT]: ["1fv", 1], [gl.FLOAT_VEC2]: ["2fv", 2], [gl.FLOAT_VEC3]: ["3fv", 3],
+  [gl.FLOAT_VEC4]: ["4fv", 4], [gl.FLOAT_MAT3]: ["Matrix3fv", 9],
+  [gl.UNSIGNED_INT]: ["1uiv", 1], [gl.INT_VEC2]: ["2iv", 2],
+};
+const clear = ({ handle }) => {
+  gl.useProgram(handle);
+  for (let i = 0; i < gl.getProgramParameter(handle, gl.ACTIVE_UNIFORMS); i++) {
+    const { name, type, size } = gl.getActiveUniform(handle, i);
+    const [kind, count] = UNIFORMS[type] ?? ["1iv", 1]; // integers and samplers
+    const zeros = Array(count * size).fill(0), place = gl.getUniformLocation(handle, name);
+    gl[`uniform${kind}`](place, ...(kind.startsWith("Matrix") ? [false, zeros] : [zeros]));
+  }
+};
 const cameraOf = (camera) => camera && PageCamera.ofHeader({ camera, origin });
 
 window.studio = {
@@ -105,11 +131,17 @@ def decoded(text, dtype):
     return np.frombuffer(base64.b64decode(text), dtype)
 
 
-def studio_script(more=""):
-    """The scripts of the page up to its painter, and the hook of the tests with more of it, as one."""
+def studio_script(more="", **constants):
+    """The scripts of the page up to its painter, and the hook of the tests with more of it, as one.
+
+    Constants of the scripts may have other values.
+    """
     names = [name for name in SCRIPTS[: SCRIPTS.index("painter.js") + 1] if name in web_files()]
-    parts = [script_beginning(), *map(web_text, names), HOOK]
-    return '(() => {\n"use strict";\n' + "\n".join([*parts, more]) + "\n})();"
+    script = "\n".join([script_beginning(), *map(web_text, names), HOOK, more])
+    for name, value in constants.items():
+        script, count = re.subn(rf"^const {name} = [^;]+;", f"const {name} = {value};", script, flags=re.M)
+        assert count == 1, name
+    return f'(() => {{\n"use strict";\n{script}\n}})();'
 
 
 def camera_facts(camera):
@@ -182,9 +214,9 @@ def contents_of(painting, camera, **more):
 class Studio:
     """The tab."""
 
-    def __init__(self, page, more=""):
+    def __init__(self, page, more="", **constants):
         self.page = page
-        page.evaluate(studio_script(more))
+        page.evaluate(studio_script(more, **constants))
 
     def load(self, painting, camera, *, copies=1, **more):
         """Hand it a painting; returns its contents, whose `rows` say which stroke is which.
