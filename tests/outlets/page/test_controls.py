@@ -280,12 +280,12 @@ def test_inside_a_scene_the_hand_looks_around_and_the_wheel_walks_a_little(open_
 
 
 def test_nothing_is_drawn_when_nothing_moves_and_the_page_turns_until_it_is_touched(open_page, path):
+    page = open_page(path, **WINDOW)
+    page.evaluate("brushgs.ready")
     for stop in ("touch", "bar", "key"):
-        page = open_page(path, **WINDOW)
-        page.evaluate("brushgs.ready")
         assert page.evaluate("brushgs.controls.isTurning")
         assert page.locator("#turn").get_attribute("aria-pressed") == "true"
-        first = page.evaluate("brushgs.controls.orbit.first[4]")
+        first = page.evaluate("brushgs.controls.state[4]")
         wait_until(page, "first => brushgs.controls.state[4] > first + 1e-4", first)
         if stop == "touch":
             page.mouse.move(20, 20)
@@ -297,6 +297,9 @@ def test_nothing_is_drawn_when_nothing_moves_and_the_page_turns_until_it_is_touc
             page.keyboard.press("ArrowLeft")  # and begins a glide
         assert not page.evaluate("brushgs.controls.isTurning")
         assert page.locator("#turn").get_attribute("aria-pressed") == "false"
+        if stop != "key":
+            page.evaluate("document.activeElement.blur()")  # and turn again, as it opens
+            page.evaluate("brushgs.controls.setTurning(true, { isAutomatic: true })")
     drawn = settle(page)
     np.testing.assert_array_equal(page.evaluate("[...brushgs.controls.state]"), state_of(page))
     page.mouse.move(60, 60)  # a pointer that touches nothing

@@ -64,9 +64,8 @@ def test_a_page_cut_short_says_so(open_page, path, tmp_path, cut):
     short.write_text(text[: CUTS[cut](text)], encoding="utf-8")
     expected = "Applying inline style violates" if "style" in cut else None
     page = open_page(short, **CALM, expected=expected)
-    page.wait_for_timeout(50)
     page.evaluate("window.brushgs?.ready")
-    page.clock.install()
+    page.evaluate("document.getAnimations().forEach((one) => one.finish())")  # after three seconds
     wait_until(page, "getComputedStyle(document.getElementById('message')).visibility === 'visible'")
     assert re.match(r"This page is incomplete\b.* [Gg]et the whole file again", message_of(page))
     assert not page.locator("#bar").is_visible()
