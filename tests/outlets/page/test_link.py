@@ -14,7 +14,7 @@ from tests.outlets.page.page_file import SIZE, scene, seen, settle, shown, wait_
 
 CALM = {"reduced_motion": "reduce"}
 COPY = {"permissions": ["clipboard-read", "clipboard-write"]}
-DESKTOP = {"width": 1100, "height": 500}  # which shows all fields of the bar
+DESKTOP = {"width": 1100, "height": 500, "device_scale_factor": 0.5}  # which shows all fields of the bar
 
 
 ANGLES = ((0.2, 0.1), (1.9, 0.4), (-2.5, -0.2))

@@ -80,7 +80,9 @@ def viewed(request, scene, tmp_path, open_page):
 def paged(session, folder, open_page, **options):
     """A page of a session, and its studio; what is dropped goes below a folder."""
     (folder / "uploads").mkdir()
-    options = {"width": 1000, "height": 500, "reduced_motion": "reduce"} | options
+    # Room for all fields, and a quarter of its pixels to paint.
+    window = {"width": 1000, "height": 500, "device_scale_factor": 0.5}
+    options = window | {"reduced_motion": "reduce"} | options
     with serving(session, folder / "uploads") as server:
         own = (f"http://127.0.0.1:{server.port}/", "data:", "blob:")
         page = open_page(server.address(), allowed=own, **options)
