@@ -7,7 +7,6 @@ get the keywords and their types from the stub `keywords.pyi`, written by `.ci/k
 import inspect
 from argparse import Action, ArgumentParser, Namespace, _HelpAction
 from collections.abc import Callable, Iterator, Mapping
-from functools import cache
 from keyword import iskeyword
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -223,7 +222,6 @@ def _parsed(
     return args, paint_config(args, values, **({} if is_film else {"view": VIEW}))
 
 
-@cache
 def _parser() -> ArgumentParser:
     from brushgs.cli.parser import command_parser
 

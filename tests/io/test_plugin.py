@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.cli import main
+from brushgs.cli import main, parser
 from brushgs.formats import read_scene, registry
 from brushgs.options import look
 from tests.scenes import still_life_of
@@ -31,10 +31,10 @@ def install(folder: Path, points: dict[str, dict[str, str]]) -> None:
 @pytest.fixture(autouse=True)
 def fresh() -> Iterator[None]:
     """Entry points are looked up once in a process."""
-    for cached in (registry._plugged, look.added_looks):
+    for cached in (registry._plugged, look.added_looks, parser._parsers):
         cached.cache_clear()
     yield
-    for cached in (registry._plugged, look.added_looks):
+    for cached in (registry._plugged, look.added_looks, parser._parsers):
         cached.cache_clear()
 
 

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from contextlib import chdir
 from pathlib import Path
 
-from brushgs.cli.batch.jobs import Job, parser_of
+from brushgs.cli.batch.jobs import Job
 from brushgs.cli.configs import paint_config
+from brushgs.cli.parser import command_parser
 from brushgs.errors import SceneError
 from brushgs.formats.files import exists
 from brushgs.options.scene_source import expand
@@ -24,7 +25,7 @@ def check_jobs(jobs: Sequence[Job]) -> None:
     for job in jobs:
         try:
             with chdir(job.folder):  # where the job will run
-                args = parser_of(job.command).parse_args(list(job.words))
+                args = command_parser(job.command).parse_args(list(job.words))
                 paint_config(args)
                 for path in _scenes(args):
                     readers.setdefault(os.path.realpath(path), job)

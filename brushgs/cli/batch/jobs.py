@@ -24,7 +24,6 @@ import string
 from argparse import ArgumentParser
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -99,12 +98,6 @@ def read_jobs(path: Path) -> list[Job]:
     return jobs
 
 
-@cache
-def parser_of(command: str) -> ArgumentParser:
-    """The parser of a command, made once."""
-    return command_parser(command)
-
-
 class _Reader:
     """Turns the tables of one file into jobs; finds line numbers for messages."""
 
@@ -122,7 +115,7 @@ class _Reader:
 
     def check_defaults(self, defaults: Mapping[str, Any]) -> None:
         """Refuse a default that no command takes."""
-        every = {name for command in COMMANDS for name in named_actions(parser_of(command))}
+        every = {name for command in COMMANDS for name in named_actions(command_parser(command))}
         for key in defaults:
             if flag_name(key) not in every - OF_THE_BATCH:
                 cure = hint_for(flag_name(key), every) or "; `brushgs help COMMAND` lists options"
@@ -153,7 +146,7 @@ class _Reader:
         for name in options:
             if name in OF_THE_BATCH:
                 raise OptionError(name, "belongs to `brushgs batch`, for all jobs; remove it")
-        parser = parser_of(command)
+        parser = command_parser(command)
         if not isinstance(options.get("output"), str):
             raise OptionError(
                 "output", 'is missing; name what the job writes, such as output = "{scene}-{look}.png"'
@@ -184,7 +177,7 @@ class _Reader:
 
 
 def _known(command: str) -> dict[str, Any]:
-    return named_actions(parser_of(command))
+    return named_actions(command_parser(command))
 
 
 def _over(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:

@@ -12,8 +12,9 @@ from concurrent.futures import Future, as_completed
 from contextlib import chdir, redirect_stderr, redirect_stdout, suppress
 from typing import Any, NamedTuple
 
-from brushgs.cli.batch.jobs import Job, parser_of
+from brushgs.cli.batch.jobs import Job
 from brushgs.cli.option_words import named_actions
+from brushgs.cli.parser import command_parser
 from brushgs.core.messages import Done, Failed, result_of
 from brushgs.core.processes import KilledError, ProcessPool, Ways
 from brushgs.core.threads import num_threads_or_default
@@ -144,7 +145,7 @@ def _groups(jobs: Sequence[Job], num_processes: int) -> list[Sequence[Job]]:
     """Group jobs by scene, in order; groups are split if there are more processes than scenes."""
     of_scene: dict[tuple[str, ...], list[Job]] = {}
     for job in jobs:
-        args = parser_of(job.command).parse_args(list(job.words))
+        args = command_parser(job.command).parse_args(list(job.words))
         scenes = getattr(args, "scene", None) or [job.number]  # a job without a scene forms its own group
         name = tuple(map(str, scenes if isinstance(scenes, list) else [scenes]))
         of_scene.setdefault(name, []).append(job)
@@ -154,7 +155,7 @@ def _groups(jobs: Sequence[Job], num_processes: int) -> list[Sequence[Job]]:
 
 
 def _task_of(job: Job, config: SequenceConfig, *, is_followed: bool = False) -> Task:
-    known, words = named_actions(parser_of(job.command)), [job.command, *job.words]
+    known, words = named_actions(command_parser(job.command)), [job.command, *job.words]
     if "json" in known:
         words.append("--json")
     shares = config.jobs > 1 or config.scheduler is not None  # Dask counts a task as one thread
