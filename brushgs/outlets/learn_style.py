@@ -20,7 +20,8 @@ def learn_style(painting: str | Path, *, name: str | None = None, small: bool = 
     """Learn the style of a painting: its palette and its marks.
 
     Args:
-        painting: a picture in one of the formats that are read; what is transparent in it does not count.
+        painting: a picture in one of the formats that are read; what is transparent in it does not count, nor
+            do even margins all around, such as a mount.
         name: of the style; None for that of the file.
         small: whether few of its marks are kept: 64 in place of 192.
 

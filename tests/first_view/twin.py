@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from brushgs.cameras.framing import AXES, camera_axes
-from brushgs.first_view.sample import Painter, camera_around, gradients
+from brushgs.first_view.sample import Painter, camera_around, gradients, thin
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import shortest_axes
@@ -145,20 +145,6 @@ def take_sample(gaussians):
         return None
     kept = thin(gaussians, rows, MOST_ROWS)
     return Sample(kept, len(rows), 0.5 * (low + high), radius)
-
-
-def thin(gaussians, rows, most):
-    """At most `most` of some rows, degree 0, with scales enlarged to compensate."""
-    chosen = rows[thinned(len(rows), most)]
-    growth = gaussians.means.dtype.type(np.sqrt(len(rows) / len(chosen)))
-    largest = np.finfo(gaussians.means.dtype).max / growth
-    return Gaussians(
-        gaussians.means[chosen],
-        gaussians.quats[chosen],
-        np.minimum(gaussians.scales[chosen], largest) * growth,
-        gaussians.opacities[chosen],
-        gaussians.sh[chosen, :1],
-    )
 
 
 def thinned(count, most):

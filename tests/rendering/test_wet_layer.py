@@ -174,7 +174,7 @@ def left_of(alpha: np.ndarray, light: np.ndarray, towards: tuple[float, float, f
     layer = WetLayer(
         Key(0.05, 0.95), Anchor((0, 0, 4), 4.0, (0, -50, 4), 1.0, seed=3), False, towards=towards
     )
-    found = looked_at(layer, [(frame, camera)])
+    found, _ = looked_at(layer, [(frame, camera)])
     whole = replace(found, washes=replace(found.washes, lost=(9.0, *found.washes.lost[1:])))
     before, after = (1 - one(frame, camera, None).over(white).mean(axis=2) for one in (whole, found))
     return after / np.maximum(before, 1e-9), found

@@ -19,15 +19,8 @@ SOURCES = (
     *(
         f"src/{name}.cpp"
         for name in (
-            *(
-                "scene_rows",
-                "spz_rows",
-                "scene_strokes",
-                "extent",
-                "visible_shares",
-                "light_along",
-                "features",
-            ),
+            *("scene_rows", "spz_rows", "scene_strokes", "extent"),
+            *("visible_shares", "light_along", "features"),
             *("equal_rows", "floaters", "components", "prune"),
             *("surroundings", "worth", "solid", "stroke_form", "surface_field", "broken_color"),
             *("subject", "view_pictures", "find_up", "find_front", "cpu"),

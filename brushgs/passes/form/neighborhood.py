@@ -15,9 +15,7 @@ class Neighborhood:
     """n strokes and the nearest others of each, which count more with the same plane and color."""
 
     def __init__(self, strokes: Gaussians) -> None:
-        columns = {
-            name: np.ascontiguousarray(getattr(strokes, name)) for name in ("means", "quats", "scales", "sh")
-        }
+        columns = _columns(strokes, "means", "quats", "scales", "sh")
         threads = num_threads_or_default(None)
         self._form = _core.form_of(**columns, xyz_over_white=XYZ_OVER_WHITE, num_threads=threads)
         self._strokes = strokes

@@ -25,9 +25,8 @@ def inside_margins(image: Array) -> tuple[slice, slice]:
     height, width = small.shape[:2]
     rows, columns = [0, height], [0, width]
     while widths := _margins(small[slice(*rows), slice(*columns)]):
-        top, bottom, left, right = (
-            width + 1 for width in widths
-        )  # its last row is mixed with what it surrounds
+        # One row more: it is mixed with what the margin surrounds.
+        top, bottom, left, right = (one + 1 for one in widths)
         rows, columns = [rows[0] + top, rows[1] - bottom], [columns[0] + left, columns[1] - right]
         if rows[1] - rows[0] < KEPT * height or columns[1] - columns[0] < KEPT * width:
             return slice(0, image.shape[0]), slice(0, image.shape[1])

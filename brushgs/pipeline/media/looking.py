@@ -31,22 +31,27 @@ STEPS = 7  # of the bisection of ranks
 View = tuple[Frame, Camera]
 
 
-def looked_at(layer: WetLayer, views: Sequence[View]) -> WetLayer:
-    """The layer with darks and lost outlines by pictures of its strokes, which have a depth."""
+def looked_at(layer: WetLayer, views: Sequence[View]) -> tuple[WetLayer, list[Wet]]:
+    """The layer with darks and lost outlines by pictures of its strokes, and what it mixes each of them from.
+
+    The pictures have a depth.
+    """
     if not views:
-        return layer
-    usual = layer.key
+        return layer, []
+    outlines, usual = [_Outline.of(frame.alpha) for frame, _ in views], layer.key
     for gamma, crushed in CURVES:
         low = usual.low + crushed * (usual.high - usual.low)
         layer = replace(layer, key=replace(usual, gamma=gamma * usual.gamma, low=low))
-        found = _losing(layer, views[:1])
-        picture = _on_white(found.wet(*views[0]), found)
+        wets = [layer.wet(*views[0])]
+        found = _losing(layer, wets, outlines[:1])
+        picture = _on_white(wets[0], found)
         if np.percentile(lab_of(picture.reshape(-1, 3))[:, 0], DARKEST) < DARK:
             break
-    return _losing(layer, views) if len(views) > 1 else found
+    wets += [layer.wet(*view) for view in views[1:]]
+    return (_losing(layer, wets, outlines) if len(views) > 1 else found), wets
 
 
-def _losing(layer: WetLayer, views: Sequence[View]) -> WetLayer:
+def _losing(layer: WetLayer, wets: Sequence[Wet], outlines: Sequence["_Outline"]) -> WetLayer:
     """The layer that loses its share of the outline: the lightest, away from the focus.
 
     The score from which outlines are lost is one number for all frames, and what it is compared with lies in
@@ -54,9 +59,7 @@ def _losing(layer: WetLayer, views: Sequence[View]) -> WetLayer:
     """
     if layer.is_room:
         return layer
-    pairs = [
-        (layer.wet(*view), outline) for view in views if len((outline := _Outline.of(view[0].alpha)).edge[0])
-    ]
+    pairs = [(wet, one) for wet, one in zip(wets, outlines, strict=True) if len(one.edge[0])]
     if not pairs:
         return layer
     scores = np.sort(np.concatenate([layer.scores(wet)[one.edge] for wet, one in pairs]))[::-1]
@@ -117,11 +120,11 @@ class _Outline:
         return np.asarray(np.linalg.norm(inner - outer, axis=1) < FAINT)
 
 
-def kept_by(layer: WetLayer, views: Sequence[View], points: Array) -> F64:
+def kept_by(layer: WetLayer, wets: Sequence[Wet], cameras: Sequence[Camera], points: Array) -> F64:
     """[N] how much of its pigment the layer keeps at points, 0 where a view loses an outline."""
     kept = np.ones(len(points))
-    for frame, camera in views:
-        open_at = 1 - layer.lost(layer.wet(frame, camera))
+    for wet, camera in zip(wets, cameras, strict=True):
+        open_at = 1 - layer.lost(wet)
         at = points.astype(np.float64) @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
         x, y = (at[:, :2] / np.maximum(at[:, 2:], 1e-9) @ camera.K[:2, :2].T + camera.K[:2, 2]).T
         is_seen = (at[:, 2] > camera.near) & (x >= 0) & (y >= 0) & (x < camera.width) & (y < camera.height)

@@ -38,13 +38,14 @@ def watercolour(materials: Materials) -> list[Coat]:
     settled = Settled.of(materials, paper=media.paper)
     lamp = None if materials.towards is None else tuple(materials.towards.tolist())
     layer = WetLayer(settled.key, settled.anchor, settled.is_room, _washes(media), towards=lamp)
-    layer = looked_at(layer, settled.views)
+    layer, wets = looked_at(layer, settled.views)
     settled = replace(settled, key=layer.key)
     coats = [replace(materials.smudge("wash", strokes), effect=layer)]
     rows = _touched(materials, settled, media.touches)
     if len(rows):
         chosen = strokes.take(rows)
-        touches = _touches(chosen, settled, media.marks * kept_by(layer, settled.views, chosen.means))
+        kept = kept_by(layer, wets, [camera for _, camera in settled.views], chosen.means)
+        touches = _touches(chosen, settled, media.marks * kept)
         coats.append(materials.glaze("touches", touches, dry=media.dry))
     for coat in materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry):
         focus = in_focus(settled.anchor.distances(coat.strokes.means))
