@@ -14,8 +14,8 @@ from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
 from brushgs.values.arrays import F64
 
-MARGIN = 0.9  # of the scores of both ends: below, the front is not sure
-LEAN = np.radians(20.0)  # turn of first views from the front to the more detailed side
+MARGIN: float = _core.FRONT_MARGIN  # of the scores of both ends: below, the front is not sure
+LEAN: float = _core.FRONT_LEAN  # radians: turn of first views from the front to the more detailed side
 
 
 @dataclass(frozen=True)

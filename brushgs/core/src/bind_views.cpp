@@ -83,6 +83,8 @@ void bind_views(nb::module_& m) {
     m.attr("ELEVATION") = brushgs::kElevation;
     m.attr("FLAT_ELEVATION") = brushgs::kFlatElevation;
     m.attr("FLAT_HEIGHT") = brushgs::kFlatHeight;
+    m.attr("FRONT_MARGIN") = brushgs::kFrontMargin;
+    m.attr("FRONT_LEAN") = brushgs::kLean;
     m.def("default_elevation", &brushgs::default_elevation, "width"_a, "height"_a, "depth"_a,
           "Elevation of the first view of a subject, radians.");
     m.def("weighted_quantiles", &weighted_quantiles, "values"_a.noconvert(), "weights"_a.noconvert(), "at"_a,

@@ -27,13 +27,11 @@ constexpr double kSkin = 0.04;            // radii behind the visible surface th
 constexpr double kNarrow = 8, kWide = 2;  // concentrations of the smoothing over azimuths: 20 and 40 degrees
 constexpr double kSymmetric = 1.08;  // best over median likeness; below, there is no mirror plane and detail decides
 constexpr double kOneSided = std::numbers::ln2;  // log ratio of visible shares of opposite views: a one-sided capture
-constexpr double kMargin = 0.9;        // of the scores of both ends; below, the end nearer to azimuth 0 is taken
-constexpr double kLeastShare = 0.005;  // added to visible shares before they are compared
+constexpr double kLeastShare = 0.005;            // added to visible shares before they are compared
 constexpr double kAlong =
     0.7;                   // least visible share of the ends, over the best: else the capture is not along the axis
 constexpr int kFine = 48;  // candidate azimuths without an axis
 constexpr double kBeside = 30 * kDegree;  // from the front, for comparing the two sides
-constexpr double kLean = 20 * kDegree;    // turn of first views from the front to the more detailed side
 
 // Fineness, color entropy, contrast and visible share of a view, and their weights in its score.
 using Measures = std::array<double, 4>;
@@ -192,7 +190,8 @@ std::array<double, 2> side_of(const Around& around, double axis, double strength
         if (std::max(one, other) < kAlong * *most)
             azimuth = azimuth_of(static_cast<std::size_t>(most - smoothed.begin()));
     }
-    if (margin < kMargin && std::cos(azimuth) < -0.2) azimuth += pi;  // beyond 100 degrees from azimuth 0
+    // Where it is not sure, the end nearer to azimuth 0 is taken: not one beyond 100 degrees from it.
+    if (margin < kFrontMargin && std::cos(azimuth) < -0.2) azimuth += pi;
     return {azimuth, margin};
 }
 

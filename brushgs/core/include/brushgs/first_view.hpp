@@ -70,6 +70,10 @@ inline double default_elevation(double width, double height, double depth) {
     return height < kFlatHeight * (width > depth ? width : depth) ? kFlatElevation : kElevation;
 }
 
+constexpr double kFrontMargin = 0.9;  // of the scores of both ends: below, the front is not sure
+constexpr double kLean =
+    0.3490658503988659;  // 20 degrees: turn of first views from the front to the side of more detail
+
 // The front of a subject.
 struct Front {
     double azimuth;
