@@ -44,8 +44,8 @@ def watercolour(materials: Materials) -> list[Coat]:
     rows = _touched(materials, settled, media.touches)
     if len(rows):
         chosen = strokes.take(rows)
-        kept = kept_by(layer, wets, [camera for _, camera in settled.views], chosen.means)
-        touches = _touches(chosen, settled, media.marks * kept)
+        opacities = media.marks * kept_by(layer, wets, [camera for _, camera in settled.views], chosen.means)
+        touches = _touches(chosen, settled, opacities)
         coats.append(materials.glaze("touches", touches, dry=media.dry))
     for coat in materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry):
         focus = in_focus(settled.anchor.distances(coat.strokes.means))
