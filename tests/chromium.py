@@ -8,6 +8,10 @@ import pytest
 CHROMIUM = shutil.which("chromium")
 FLAGS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 OWN = ("file:", "data:", "blob:")  # all that a page may ask for
+# Shaders are compiled when something is first drawn, which takes most of the time of a small page. A page
+# that draws nothing does all else as ever.
+NO_DRAWING = """for (const kind of ["Arrays", "Elements", "ArraysInstanced", "ElementsInstanced"])
+  WebGL2RenderingContext.prototype[`draw${kind}`] = () => {};"""
 
 
 class Watch:
@@ -58,13 +62,16 @@ def open_shared_page(browser):
 def _opener(browser):
     contexts, watches = [], []
 
-    def opened(path, *, width=320, height=240, allowed=OWN, expected=None, init_script=None, **context):
+    def opened(
+        path, *, width=320, height=240, allowed=OWN, expected=None, init_script=None, is_drawn=True, **context
+    ):
         tab = browser.new_context(viewport={"width": width, "height": height}, **context)
         contexts.append(tab)
         page = tab.new_page()
         watches.append(Watch(page, allowed, expected))
-        if init_script is not None:
-            page.add_init_script(init_script)
+        for script in (init_script, None if is_drawn else NO_DRAWING):
+            if script is not None:
+                page.add_init_script(script)
         page.goto(path if isinstance(path, str) else path.as_uri())
         return page
 

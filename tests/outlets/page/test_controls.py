@@ -24,7 +24,7 @@ from tests.outlets.page.page_file import (
 
 WIDTH, HEIGHT = 480, 360  # of the window, in which the bar covers the lower half
 WINDOW = {"width": WIDTH, "height": HEIGHT}
-CALM = {"reduced_motion": "reduce", **WINDOW}  # nothing turns by itself or glides
+CALM = {"reduced_motion": "reduce", "is_drawn": False, **WINDOW}  # nothing turns by itself or glides
 _, FIRST = scene()
 POINTS = FIRST.points[::5]
 OFF = np.array([[330.0, 0, 150], [0, 300, 130], [0, 0, 1]])  # not as high as wide, and off the middle
@@ -280,7 +280,7 @@ def test_inside_a_scene_the_hand_looks_around_and_the_wheel_walks_a_little(open_
 
 
 def test_nothing_is_drawn_when_nothing_moves_and_the_page_turns_until_it_is_touched(open_page, path):
-    page = open_page(path, **WINDOW)
+    page = open_page(path, **WINDOW, is_drawn=False)
     page.evaluate("brushgs.ready")
     for stop in ("touch", "bar", "key"):
         assert page.evaluate("brushgs.controls.isTurning")

@@ -38,7 +38,7 @@ def path(tmp_path_factory, contents):
 
 @pytest.fixture(scope="module")
 def page(open_shared_page, path):
-    tab = open_shared_page(path, **CALM, **COPY, **DESKTOP)
+    tab = open_shared_page(path, **CALM, **COPY, **DESKTOP, is_drawn=False)
     tab.evaluate("brushgs.ready")
     return tab
 
@@ -119,7 +119,7 @@ def test_buttons_and_keys_lead_to_the_views_of_the_stops(page, contents):
 
 
 def test_the_way_is_slow_and_ends_where_a_hand_stops_it(open_page, path, contents):
-    page = open_page(path)
+    page = open_page(path, is_drawn=False)
     page.evaluate("brushgs.ready")
     page.evaluate("brushgs.stops.go(1)")
     wait_until(page, "brushgs.controls._travel?.passed > 0.2")

@@ -38,7 +38,7 @@ def path(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def opened(open_shared_page, path):
-    page = open_shared_page(path, **CALM, **DESKTOP, **COPY)
+    page = open_shared_page(path, **CALM, **DESKTOP, **COPY, is_drawn=False)
     page.evaluate("brushgs.ready")
     return page
 

@@ -68,11 +68,18 @@ def until(page, expression):
         time.sleep(0.02)
 
 
+DRAWN = pytest.mark.parametrize("viewed", [{"is_drawn": True}], indirect=True)
+
+
 @pytest.fixture
 def viewed(request, scene, tmp_path, open_page):
-    """A page of the studio of a plain painting, and the studio; a parameter is more for `open_page`."""
+    """A page of the studio of a plain painting, and the studio; a parameter is more for `open_page`.
+
+    The page draws nothing unless the parameter says so.
+    """
     session = session_of(parse(["view", str(scene), *FEW, *PLAIN, "-o", str(tmp_path)]))
-    with paged(session, tmp_path, open_page, **getattr(request, "param", {})) as (page, studio):
+    options = {"is_drawn": False} | getattr(request, "param", {})
+    with paged(session, tmp_path, open_page, **options) as (page, studio):
         yield page, studio
 
 

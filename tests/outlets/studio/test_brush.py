@@ -17,7 +17,7 @@ from brushgs.pipeline.report import Report
 from brushgs.values.camera import Camera
 from brushgs.values.marks import Overpaint
 from tests.kit.for_each import for_each
-from tests.outlets.studio.conftest import FEW, PLAIN, until
+from tests.outlets.studio.conftest import DRAWN, FEW, PLAIN, until
 from tests.outlets.studio.test_point import draw, middle_of
 
 SIDE, FOCAL = 200, 200.0
@@ -117,6 +117,7 @@ def painted_by(page, count):
     until(page, "!window.brushgs.studio._hand._waiting.length && window.brushgs.studio.isSettled")
 
 
+@DRAWN
 def test_paint_undo_erase_and_render(viewed, scene, tmp_path):
     page, studio = viewed
     x, y = middle_of(page)

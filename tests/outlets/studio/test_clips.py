@@ -59,7 +59,8 @@ def test_a_picture_is_of_the_moment_that_is_shown(session):
 
 def test_saved_options_have_the_moment_where_the_page_rests(clip, tmp_path, open_page):
     file, words = tmp_path / "mine.toml", ["view", str(clip), *FEW, "-o", str(tmp_path)]
-    with paged(session_of(parse([*words, "--save", str(file)])), tmp_path, open_page) as (page, _):
+    saving = session_of(parse([*words, "--save", str(file)]))
+    with paged(saving, tmp_path, open_page, is_drawn=False) as (page, _):
         page.locator("#moment").evaluate("e => { e.value = 0.1; e.dispatchEvent(new Event('input')); }")
         until(page, "location.hash.includes('t=0.1')")
         slide(page, "relief", 0.4)
@@ -68,7 +69,7 @@ def test_saved_options_have_the_moment_where_the_page_rests(clip, tmp_path, open
     assert parse(["render", str(clip), "--config", str(file)]).look == "plain"  # for which it means nothing
     (tmp_path / "again").mkdir()
     again = session_of(parse(["view", str(clip), "--config", str(file), "-o", str(tmp_path)]))
-    with paged(again, tmp_path / "again", open_page) as (page, _):
+    with paged(again, tmp_path / "again", open_page, is_drawn=False) as (page, _):
         assert page.evaluate("brushgs.player.seconds") == pytest.approx(0.1)
 
 

@@ -9,7 +9,7 @@ from brushgs.brushes.texture import strokes_folder
 from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.page.html import page_script
 from tests.outlets.page.page_file import violations
-from tests.outlets.studio.conftest import until
+from tests.outlets.studio.conftest import DRAWN, until
 from tests.scenes import save_upright, still_life_of
 
 BRUSHES = "window.brushgs.contents.header.brushes.map((brush) => brush.name).join()"
@@ -34,6 +34,7 @@ def slide(page, name, value):
     until(page, "window.brushgs.studio.isSettled")
 
 
+@DRAWN
 def test_a_painter_turns_changes_and_renders(viewed, tmp_path):
     page, _ = viewed
     page.evaluate("window.isSamePage = true")
