@@ -20,7 +20,7 @@ from brushgs.pipeline.report import Report
 from brushgs.still_life.moving import still_life_moving
 from brushgs.values.moving import MovingScene
 
-NUM, RATE, START, MOMENTS = 6000, 24, 1.3, 14  # while the pear rolls
+NUM, RATE, START, MOMENTS = 3000, 24, 1.3, 8  # while the pear rolls
 STROKES = 300
 STROKES_OF_PEAR = 500  # of which some five to ten have nothing but the pear, on whatever machine
 KINDS = "permuted", "resampled"
@@ -81,7 +81,7 @@ def test_rows_are_found_again_where_they_can_be(export, prepared):
     if export.kind == "permuted":
         assert counts["least_found"] > 0.99
     # A film lasts moments over their rate.
-    for rate, fps, frames in ((None, 24, 14), (24, 24, 14), (2, 24, 168), (1, 30, 420)):
+    for rate, fps, frames in ((None, 24, 8), (24, 24, 8), (2, 24, 96), (1, 30, 240)):
         assert len(clip_of(export.folder, rate, fps=fps).film().times) == frames
     with pytest.raises(ValueError, match="moments-per-second must be above 0, got 0"):
         clip_of(export.folder, 0)

@@ -26,11 +26,11 @@ def test_a_mount_within_a_frame_is_left_out_to_a_pixel():
 
 
 def test_margins_of_a_large_picture_are_found_in_a_small_one():
-    large = surrounded(PAINTING.repeat(30, axis=0).repeat(30, axis=1), (300, 300, 200, 200), (1, 1, 1))
+    large = surrounded(PAINTING.repeat(15, axis=0).repeat(15, axis=1), (150, 150, 100, 100), (1, 1, 1))
     rows, columns = inside_margins(large)
-    found = rows.start, 3300 - rows.stop, columns.start, 4000 - columns.stop
-    assert np.all(np.subtract(found, (300, 300, 200, 200)) >= 0)
-    assert np.all(np.subtract(found, (300, 300, 200, 200)) <= 10)
+    found = rows.start, 1650 - rows.stop, columns.start, 2000 - columns.stop
+    assert np.all(np.subtract(found, (150, 150, 100, 100)) >= 0)
+    assert np.all(np.subtract(found, (150, 150, 100, 100)) <= 5)
 
 
 KEPT = {
