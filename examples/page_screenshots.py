@@ -142,7 +142,8 @@ def run(*words: str | Path) -> None:
 def chromium_page(window: ViewportSize) -> Iterator[Page]:
     """A tab in which nothing turns by itself."""
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=CHROMIUM_FLAGS)
+        path = shutil.which("chromium-headless-shell") or shutil.which("chromium")
+        browser = playwright.chromium.launch(executable_path=path, args=CHROMIUM_FLAGS)
         yield browser.new_page(viewport=window, reduced_motion="reduce")
         browser.close()
 
