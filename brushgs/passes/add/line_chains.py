@@ -142,18 +142,26 @@ def in_order(links: Rows) -> Order:
     return Order(linked[order], chains)
 
 
-def _follow(links: Rows) -> tuple[Rows, Rows]:
-    """[E, 2] the end point reached from each point over either link, and the steps to it.
+def _steps_along(links: Rows) -> tuple[Rows, Rows, Rows]:
+    """Of each state, a point and the side on which it is left: the point, the next point, the next state.
 
-    A state is a point and the side on which it is left. A circle has no end: then the result is any of its
-    points, and the number of steps is at least the number of points.
+    At an end the next point is -1, and the next state is the same.
     """
-    num = len(links)
-    states = np.arange(2 * num)
+    states = np.arange(2 * len(links))
     at, side = states // 2, states % 2
     following = links[at, side]
     entered = np.where(links[following, 0] == at, 0, 1)
-    jump = np.where(following < 0, states, following * 2 + 1 - entered)
+    return at, following, np.where(following < 0, states, following * 2 + 1 - entered)
+
+
+def _follow(links: Rows) -> tuple[Rows, Rows]:
+    """[E, 2] the end point reached from each point over either link, and the steps to it.
+
+    A circle has no end: then the result is any of its
+    points, and the number of steps is at least the number of points.
+    """
+    num = len(links)
+    _, following, jump = _steps_along(links)
     steps = (following >= 0).astype(np.intp)
     for _ in range(max(num, 1).bit_length()):
         steps = steps + steps[jump]
@@ -164,11 +172,7 @@ def _follow(links: Rows) -> tuple[Rows, Rows]:
 def _cut_circles(links: Rows) -> Rows:
     """Cut circles open at their first point."""
     num = len(links)
-    states = np.arange(2 * num)
-    at, side = states // 2, states % 2
-    following = links[at, side]
-    entered = np.where(links[following, 0] == at, 0, 1)
-    jump = np.where(following < 0, states, following * 2 + 1 - entered)
+    at, following, jump = _steps_along(links)
     lowest, is_open = at.copy(), following < 0
     for _ in range(max(num, 1).bit_length()):
         lowest = np.minimum(lowest, lowest[jump])
