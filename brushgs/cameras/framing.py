@@ -32,7 +32,6 @@ AXES = {
     for axis in "xyz"
 }
 DEFAULT_AZIMUTH = radians(30.0)
-DEFAULT_ELEVATION: float = _core.ELEVATION
 FLAT_ELEVATION: float = _core.FLAT_ELEVATION  # default for flat ground
 FLAT_HEIGHT: float = _core.FLAT_HEIGHT  # of height over width: below, a subject is flat
 DEFAULT_FOV_Y = radians(50.0)

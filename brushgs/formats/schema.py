@@ -22,7 +22,6 @@ import numpy as np
 from msgspec import Meta, inspect
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import read_whole
 from brushgs.options.table import listed
 from brushgs.values.arrays import F64
 
@@ -36,18 +35,6 @@ OBJECT = 900  # bytes for "{": an object with the camera made of it
 SMALL_OBJECT = 280  # bytes for an object of up to five entries from which nothing larger is made
 _WHOLE = 1 << 53  # integers of smaller magnitude are exact as floats
 _SHOWN, _FEW = 60, 16  # characters of a value in a message, and entries of a list that are shown
-
-
-def read_json(path: Path, cure: str) -> object:
-    """Parse a JSON file; `cure` says in messages what to give instead of a file that is no JSON.
-
-    Raises:
-        SceneError: if there is no such regular file, it is larger than 32 MiB, would take more memory than
-            twice its size plus 100 MB, or is no JSON in UTF-8.
-    """
-    content = read_whole(path, MAX_BYTES)
-    check_memory(path, content)
-    return parse_checked(path, content, cure)
 
 
 def check_memory(path: Path, content: bytes, object_bytes: int = OBJECT, *, has_names: bool = False) -> None:

@@ -11,13 +11,12 @@ would be faster still, but has other tones, and with few strokes nothing is reco
 """
 
 from collections.abc import Mapping
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from brushgs.options.choices import StepValues
 from brushgs.options.stroke_target import UsualCount
 
 Quality = Literal["draft", "good", "final"]
-QUALITIES = get_args(Quality)
 DRAFT_STROKES = 500  # of a count that would be chosen by the scene
 FACTORS: Mapping[str, float] = {"draft": 0.25, "final": 2.0}  # of the count of a look
 # Drafts have strokes for the picture or path alone, and neither accents nor lost and cut edges.

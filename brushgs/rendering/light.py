@@ -21,7 +21,6 @@ BLUR_MOVING = 3.0  # the same while the camera moves, see `Painting.is_moving`
 # Above a strength of 0.9 or a gloss of 0.15, paint looks like plastic.
 STRENGTH, GLOSS, EXPONENT = 0.5, 0.06, 40
 MOST_STRENGTH = 0.85
-MOST_GLOSS = 0.14
 MOST_EXPONENT = 1000
 LEAST_RISE = sin(52 * pi / 180)  # sine of the least elevation of a lamp in the scene
 REACH = 3  # of the blur, standard deviations
