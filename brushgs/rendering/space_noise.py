@@ -17,6 +17,10 @@ from brushgs.values.camera import Camera
 
 FINEST = 0.012  # size of the cells of the finest octave, over the diagonal
 OCTAVES = 5
+# As in the core:
+DEVIATION = 0.27  # of the noise of one octave
+PERSISTENCE = 0.6  # amplitude of an octave over that of the next coarser one
+PRIMES = 0x8DA6B343, 0xD8163841, 0xCB1AB31F  # of the hash of a cell, by axis
 
 
 @dataclass(frozen=True)

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from brushgs.rendering.surface import Surface
 
 ROUNDS = 3  # of smoothing
+LEAST_COLOR = 0.02  # pigments are never blacker; as in the core
+GRAIN_DEVIATION = 0.24  # of the grain of paper, as in the core
 ROOM = 0.06  # how far pigment runs beyond the strokes, over the diagonal
 SPILL = 4.0  # inverse of the coverage by strokes from which washes have full strength
 RIM = 0.005  # width over which pigment gathers at the rim of a wash, over the diagonal
@@ -105,7 +107,7 @@ WASHES = (Wash(0.030, 0.50, 1.2, 1.0), Wash(0.012, 0.22, 0.9, 1.6), Wash(0.004, 
 
 @dataclass(frozen=True)
 class Washes:
-    """Numbers of the washes in the order of `WashNumbers` of the core; see `wet_reference` for formulas."""
+    """Numbers of the washes, as `WashNumbers` of the core; formulas: tests/rendering/wet_reference.py."""
 
     shares: tuple[float, ...] = (0.62, 0.90, 1.10)
     steps: tuple[float, ...] = (0.34, 0.30)
@@ -268,7 +270,7 @@ def _losable(alpha: Array, diagonal: float, lamp: tuple[float, float]) -> Array:
 
 
 class Wet(NamedTuple):
-    """What a layer is mixed from, see `wet_reference.mix_washes`."""
+    """What a layer is mixed from, see `mix_washes` in tests/rendering/wet_reference.py."""
 
     parted: tuple[Array, Array, Array]
     blurred: Array
@@ -452,7 +454,7 @@ def _mixed(
     sheet: tuple[Array | None, Array | None, Array | None],
     washes: Washes,
 ) -> tuple[Array, Array]:
-    """Colors [H, W, 3] and alpha [H, W] of covering paint; arguments as in `wet_reference.mix_washes`."""
+    """Colors [H, W, 3] and alpha [H, W] of covering paint; arguments as in its definition."""
     densities, means, tones = parted
     alpha, soft = alphas
     grain, border, paper = sheet

@@ -8,7 +8,6 @@ import pytest
 
 from brushgs.core.threads import at_most
 from brushgs.pipeline.media.looking import looked_at
-from brushgs.rendering import wet_reference as reference
 from brushgs.rendering.effect import positions_of
 from brushgs.rendering.space_noise import FINEST, OCTAVES, Anchor, space_noise
 from brushgs.rendering.surface import paper
@@ -16,6 +15,7 @@ from brushgs.rendering.wet_layer import ROUNDS, Key, Washes, WetLayer, _mixed, _
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
+from tests.rendering import wet_reference as reference
 
 SIZES = [(1, 1), (1, 9), (7, 1), (37, 53), (70, 131)]  # the last in several strips and runs
 ANCHOR = Anchor((0.3, -0.2, 4.0), 4.0, (0.1, 0.2, 3.5), 1.5, seed=3)

@@ -30,7 +30,6 @@ from brushgs.rendering import (
     tonal,
     tooth,
     wet_layer,
-    wet_reference,
 )
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.hashing import GOLDEN_32
@@ -100,14 +99,14 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "RUB_TOOTH": rub.TOOTH,
         "RUB_STEP": rub.STEP,
         "RUB_FINEST": rub.FINEST,
-        "LEAST_COLOR": wet_reference.LEAST_COLOR,
-        "GRAIN_DEVIATION": wet_reference.GRAIN_DEVIATION,
+        "LEAST_COLOR": wet_layer.LEAST_COLOR,
+        "GRAIN_DEVIATION": wet_layer.GRAIN_DEVIATION,
         "LUMINANCE": [list(LUMINANCE)],
         "NOISE_FINEST": space_noise.FINEST,
         "NOISE_OCTAVES": space_noise.OCTAVES,
-        "NOISE_DEVIATION": wet_reference.DEVIATION,
-        "NOISE_PERSISTENCE": wet_reference.PERSISTENCE,
-        "NOISE_PRIMES": [list(wet_reference.PRIMES)],
+        "NOISE_DEVIATION": space_noise.DEVIATION,
+        "NOISE_PERSISTENCE": space_noise.PERSISTENCE,
+        "NOISE_PRIMES": [list(space_noise.PRIMES)],
         "CARRIED": canvas.CARRIED,
         "UNDERPAINT_STEP": UNDERPAINT_STEP,
         "UNDERPAINT_THICKNESS": relief.UNDERPAINT_THICKNESS,

@@ -1,5 +1,5 @@
 // A wet layer of watercolour: noise anchored in space, smoothing that keeps edges, and washes of pigment.
-// Defined by brushgs/rendering/wet_reference.py.
+// Defined by tests/rendering/wet_reference.py.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Noise in space at the points that pixels show: rendering/space_noise.py, and wet_reference.py for its formulas.
+// Noise in space at the points that pixels show: rendering/space_noise.py, and tests/rendering/wet_reference.py for its formulas.
 
 const { NOISE_FINEST, NOISE_OCTAVES, NOISE_DEVIATION, NOISE_PERSISTENCE, NOISE_PRIMES: [PRIMES] } = SHARED;
 

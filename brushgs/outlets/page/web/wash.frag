@@ -1,5 +1,5 @@
 #version 300 es
-// A pixel of washes that were made, on the grain of the paper: the end of `mix_washes` in wet_reference.py.
+// A pixel of washes that were made, on the grain of the paper: the end of `mix_washes` in tests/rendering/wet_reference.py.
 precision highp float;
 precision highp int;
 

@@ -1,4 +1,4 @@
-// Washes of watercolour in a picture at rest: rendering/wet_layer.py says why, wet_reference.py has the formulas.
+// Washes of watercolour in a picture at rest: rendering/wet_layer.py says why, tests/rendering/wet_reference.py has the formulas.
 //
 // They are made at half of the picture's pixels along a side. The grain of the paper, which is finer, is left to
 // wash.frag, so what comes out is what light meets but for the grain.

@@ -1,23 +1,18 @@
 """Reference definitions of the wet layer: plain NumPy in float64, short, slow and obvious.
 
-Tests compare the kernels of the core with them. Nothing else calls these functions.
+`test_wet_layer` compares the kernels of the core with them.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.rendering.space_noise import Anchor, rays_of
-from brushgs.rendering.wet_layer import Key, Washes
+from brushgs.rendering.space_noise import DEVIATION, PERSISTENCE, PRIMES, Anchor, rays_of
+from brushgs.rendering.wet_layer import GRAIN_DEVIATION, LEAST_COLOR, Key, Washes
 from brushgs.values.arrays import F64, Array, smoothstep
 from brushgs.values.camera import Camera
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.hashing import GOLDEN_32, hash_32
 
-DEVIATION = 0.27  # of the noise of one octave
-PERSISTENCE = 0.6  # amplitude of an octave over that of the next coarser one
-PRIMES = 0x8DA6B343, 0xD8163841, 0xCB1AB31F
-LEAST_COLOR = 0.02  # pigments are never blacker
-GRAIN_DEVIATION = 0.24
 U32 = NDArray[np.uint32]
 
 
