@@ -17,32 +17,6 @@ from brushgs.values.quats import quats_of, rotation_matrices
 SAME_VIEW = 1e-6
 
 
-def between(first: Camera, second: Camera, share: float) -> Camera:
-    """The camera at a share of the screw motion from one view to another.
-
-    Focal lengths and near plane change by equal factors, the principal point by equal steps. Between views
-    half a turn apart there are two such motions; the choice is deterministic.
-
-    Args:
-        first: the view at share 0.
-        second: the view at share 1, of the same size.
-        share: 0 to 1; at 0 and 1 the given camera itself is returned.
-
-    Raises:
-        ValueError: if the sizes differ or `share` lies outside 0 to 1.
-    """
-    if (first.width, first.height) != (second.width, second.height):
-        sizes = f"{first.width}x{first.height} and {second.width}x{second.height}"
-        raise ValueError(f"between: cameras must have one size, got {sizes}; use Camera.resized")
-    if not 0 <= share <= 1:
-        raise ValueError(f"between: share must lie in 0 to 1, got {share}")
-    if share in (0, 1):
-        return second if share else first
-    (viewmat,) = screw_motion(first.viewmat[None], second.viewmat[None], share)
-    (lens,) = lenses([first]) * (1 - share) + lenses([second]) * share
-    return camera_with(viewmat, lens, first.width, first.height)
-
-
 def view_change(first: Camera, second: Camera, distance: float) -> float:
     """Difference of two views, radians: the larger of the turn and the apparent shift.
 
