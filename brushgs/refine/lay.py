@@ -69,16 +69,21 @@ class Seen:
         rgb = frame.rgb / np.maximum(frame.alpha, 1e-3)[..., None]
         return cls(camera, rgb, frame.alpha, frame.depth)
 
+    def _projected(self, points: F64, *, behind: float) -> tuple[Array, Array, Array]:
+        """Column, row and depth [n] of points; those behind the camera count as in the depth `behind`."""
+        camera = self.camera
+        x, y, z = (points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).T
+        ahead = np.where(z > camera.near, z, behind)
+        columns = camera.K[0, 0] * x / ahead + camera.K[0, 2]
+        return columns, camera.K[1, 1] * y / ahead + camera.K[1, 2], z
+
     def at(self, points: F64) -> tuple[F64, F64, F64]:
         """RGB [n, 3], alpha [n], and depth minus that of the points [n, 3], at their projections.
 
         Outside the picture the nearest pixel counts, so that marks do not end at its border.
         """
         camera = self.camera
-        x, y, z = (points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).T
-        ahead = np.where(z > camera.near, z, 1.0)
-        columns = camera.K[0, 0] * x / ahead + camera.K[0, 2]
-        rows = camera.K[1, 1] * y / ahead + camera.K[1, 2]
+        columns, rows, z = self._projected(points, behind=1.0)
         j = np.clip(columns, 0, camera.width - 1).astype(np.intp)
         i = np.clip(rows, 0, camera.height - 1).astype(np.intp)
         alpha = np.where(z > camera.near, self.alpha[i, j], 0.0)
@@ -86,7 +91,7 @@ class Seen:
 
     def facing(self, planes: Planes) -> F64:
         """[n] cosine between the normals of strokes and the view, 0 where they are hidden."""
-        view = planes.means - camera_place(self.camera)
+        view = planes.means - self.camera.position
         cosines = np.abs(np.einsum("ni,ni->n", planes.axes[:, 2], view)) / np.linalg.norm(view, axis=1)
         _, alpha, behind = self.at(planes.means)
         z = planes.means @ self.camera.viewmat[2, :3] + self.camera.viewmat[2, 3]
@@ -96,17 +101,9 @@ class Seen:
     def holds(self, points: F64) -> Array:
         """[n] whether points project into the picture."""
         camera = self.camera
-        x, y, z = (points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).T
-        ahead = np.where(z > camera.near, z, np.inf)
-        columns = camera.K[0, 0] * x / ahead + camera.K[0, 2]
-        rows = camera.K[1, 1] * y / ahead + camera.K[1, 2]
+        columns, rows, z = self._projected(points, behind=np.inf)
         inside = (columns >= 0) & (columns < camera.width) & (rows >= 0) & (rows < camera.height)
         return np.asarray(inside & (z > camera.near))
-
-
-def camera_place(camera: Camera) -> F64:
-    """[3] the position of a camera."""
-    return np.asarray(-camera.viewmat[:3, :3].T @ camera.viewmat[:3, 3], dtype=np.float64)
 
 
 def lay_marks(
