@@ -50,15 +50,7 @@ def prune_file(
     view = _first_view(scene, gaussians, notes, report)
     among = rows_where(gaussians, where, view, report, what=_called(notes))
     gaussians = prune_scene(gaussians, config, report, among=among)
-    return write_scene(
-        gaussians,
-        output,
-        report,
-        is_strokes=notes.is_strokes,
-        scene=name_of(scene, notes),
-        first_view=view,
-        brushes=notes.brushes,
-    )
+    return _write(gaussians, output, scene, notes, view, report)
 
 
 def cluster_file(
@@ -98,6 +90,18 @@ def recolor_file(
     view = _first_view(scene, gaussians, notes, report)
     shares = where_in(gaussians, where, view, report, what=_called(notes))
     gaussians = recolor_scene(gaussians, palette, config, report, is_strokes=notes.is_strokes, shares=shares)
+    return _write(gaussians, output, scene, notes, view, report)
+
+
+def _write(
+    gaussians: "Gaussians",
+    output: str | Path,
+    scene: SceneFiles,
+    notes: "LoadNotes",
+    view: "FirstView",
+    report: Report,
+) -> Report:
+    """Write what a pass made of a scene, with what is known of that scene."""
     return write_scene(
         gaussians,
         output,
