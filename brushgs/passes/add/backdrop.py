@@ -119,17 +119,14 @@ def mean_lab(gaussians: Gaussians, weights: Array | None = None) -> F64:
     return np.asarray(weights.astype(np.float64) / total @ oklab_of(base_colors(gaussians.sh)))
 
 
-def ground_color(
-    gaussians: Gaussians, tone: Tone = TONED, *, weights: Array | None = None
-) -> tuple[float, float, float]:
+def ground_color(gaussians: Gaussians, tone: Tone = TONED) -> tuple[float, float, float]:
     """RGB, display-encoded, 0 to 1, of a toned ground for a scene.
 
     Args:
         gaussians: N Gaussians.
         tone: by default of middle lightness, the complement of the scene, a little warm.
-        weights: see `mean_lab`.
     """
-    red, green, blue = _display_rgb(tone.lab(mean_lab(gaussians, weights))[None])[0]
+    red, green, blue = _display_rgb(tone.lab(mean_lab(gaussians))[None])[0]
     return float(red), float(green), float(blue)
 
 

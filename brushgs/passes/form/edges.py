@@ -200,7 +200,6 @@ def find_edges(
     cameras: Sequence[Camera],
     around: Around,
     *,
-    light: Array | None = None,
     focus: Array | None = None,
     subject: Mask | None = None,
 ) -> Edges | None:
@@ -210,19 +209,17 @@ def find_edges(
         strokes: k strokes, in their painted colors.
         cameras: of the job, of any size; of more than 8 every n-th. For a picture, its own and some near it.
         around: stage and ground behind them.
-        light: [k] light on each, in any unit, such as normals times the direction of the lamp. None takes
-            their lightness.
         focus: [k] larger in the focus, in any unit. None takes the upper part of the pictures.
         subject: [k] whether strokes belong to the subject and not to its ground, whose outline is not
             changed; None for all.
     """
-    for name, values in (("light", light), ("focus", focus), ("subject", subject)):
+    for name, values in (("focus", focus), ("subject", subject)):
         if values is not None:
             check("find_edges", means=(strokes.means, "k 3"), **{name: (values, "k")})
     count = len(strokes)
     if count == 0:
         return None
-    lightness = oklab_of(base_colors(strokes.sh))[:, 0] if light is None else light
+    lightness = oklab_of(base_colors(strokes.sh))[:, 0]
     says = [_spread(lightness), np.zeros(count) if focus is None else _spread(focus)]
     says.append(np.ones(count) if subject is None else subject.astype(np.float64))
     step = -(-len(cameras) // MOST_VIEWS) or 1
