@@ -35,9 +35,10 @@ ROOM = 0.06  # how far pigment runs beyond the strokes, over the diagonal
 SPILL = 4.0  # inverse of the coverage by strokes from which washes have full strength
 RIM = 0.005  # width over which pigment gathers at the rim of a wash, over the diagonal
 LOSS = 0.024  # width over which a lost outline fades, over the diagonal
+PAPER = 0.4, 0.5  # coverage by strokes from which paper hides what lies below, and the range of that
 # Of the coverage blurred over `LOSS` the mean inside, within some widths: up to the first a part is thin, and
 # lost on the side of the lamp alone. Along a straight edge it is 0.85; in a strip as wide as `LOSS`, 0.46.
-NEARBY, THIN, THICK = 2.0, 0.55, 0.75
+NEARBY, THIN, THICK = 2.0, 0.5, 0.7
 SIDED, LIT = 0.25, (0.6, 2.0)  # of `LOSS`: blur by which sides of thin parts differ; and how far at its slope
 FROM_ABOVE = -0.57, -0.57  # direction to the lamp in pictures, where none is known
 ROOM_SOLID = 12.0  # see `Key`: a room has no holes, windows are strokes of little opacity
@@ -203,7 +204,7 @@ class WetLayer(_Running):
         alpha, dtype = part.alpha, part.rgb.dtype
         noise, parted = self._parts(part)
         blurred = smooth(parted[1].copy(), RIM * part.diagonal)
-        soft = None if self.is_room else _losable(alpha, part.diagonal, self._lamp_in(part.camera))
+        soft = None if self.is_room else _losable(alpha, LOSS * part.diagonal, self._lamp_in(part.camera))
         if self.is_room:
             border = part.cut(ragged_border(*part.shape, dtype.name))
         else:  # washes do not run beyond painted pixels
@@ -253,18 +254,19 @@ def without_holes(rgb: Array, alpha: Array, solid: float, diagonal: float) -> tu
     return filled, alpha + lift
 
 
-def _losable(alpha: Array, diagonal: float, lamp: tuple[float, float]) -> Array:
+def _losable(alpha: Array, loss: float, lamp: tuple[float, float]) -> Array:
     """[h, w] 0.5 at outlines that may be lost to 1 where none is; of thin parts only the side of a lamp."""
 
     def blurred(plane: Array, width: float) -> Array:
-        return smooth(plane[..., None].copy(), width * diagonal)[..., 0]
+        return smooth(plane[..., None].copy(), width * loss)[..., 0]
 
-    soft, beside = blurred(alpha, LOSS), np.pad(blurred(alpha, SIDED * LOSS), 1, mode="edge")
-    inside = blurred(soft * alpha, NEARBY * LOSS) / np.maximum(blurred(alpha, NEARBY * LOSS), 1e-6)
+    solid = smoothstep((alpha - PAPER[0]) / PAPER[1]).astype(alpha.dtype)
+    soft, beside = blurred(solid, 1.0), np.pad(blurred(solid, SIDED), 1, mode="edge")
+    inside = blurred(soft * solid, NEARBY) / np.maximum(blurred(solid, NEARBY), 1e-6)
     slope = lamp[0] * (beside[1:-1, 2:] - beside[1:-1, :-2]) + lamp[1] * (
         beside[2:, 1:-1] - beside[:-2, 1:-1]
     )
-    lit = smoothstep(LIT[0] - LIT[1] * SIDED * LOSS * diagonal * slope)
+    lit = smoothstep(LIT[0] - LIT[1] * SIDED * loss * slope)
     may_be = np.maximum(smoothstep((inside - THIN) / (THICK - THIN)), lit).astype(alpha.dtype)
     return np.asarray(1 - may_be * (1 - soft))
 

@@ -13,6 +13,12 @@ from brushgs.values.camera import Camera
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.hashing import GOLDEN_32, hash_32
 
+DEVIATION = 0.27  # of the noise of one octave
+PERSISTENCE = 0.6  # amplitude of an octave over that of the next coarser one
+PRIMES = 0x8DA6B343, 0xD8163841, 0xCB1AB31F
+LEAST_COLOR = 0.02  # pigments are never blacker
+VEIL = 0.2  # share of the paper that stays where an outline is lost: what lies far behind is still hidden
+GRAIN_DEVIATION = 0.24
 U32 = NDArray[np.uint32]
 
 
@@ -152,14 +158,14 @@ def mix_washes(
     limit = washes.light[0] + washes.light_noise[0] * grain + washes.light_noise[1] * flow
     share = 1 - smoothstep((limit - tones) / washes.light[1])
     share = share * (1 + washes.grain * grain * np.clip(1.3 * (means[..., 0] + means[..., 1]), 0.12, 1))
+    kept = np.ones_like(flow)
     if soft is not None:
         first, range_, noise_share, focus_share = washes.lost
         score = np.exp(-tones) + noise_share * slow - focus_share * focus
-        share = share * (1 - smoothstep((score - first) / range_) * (1 - smoothstep(2 * soft - 1)))
-    if border is not None:
-        share = share * border
+        kept = 1 - smoothstep((score - first) / range_) * (1 - smoothstep(2 * soft - 1))
+    share = share * kept if border is None else share * kept * border
     sums = (densities.reshape(*flow.shape, 3, 3) * factors[..., None]).sum(axis=-2)
     tints = np.exp(-np.clip(sums * share[..., None], 0, washes.most))
-    covered = 1 - (1 - smoothstep(2 * (alpha - 0.4))) * tints.min(axis=-1)
+    covered = 1 - (1 - smoothstep(2 * (alpha - 0.4)) * (VEIL + (1 - VEIL) * kept)) * tints.min(axis=-1)
     rgb = np.maximum(tints - 1 + covered[..., None], 0)
     return np.asarray(rgb if paper is None else rgb * paper), np.asarray(covered)

@@ -7,6 +7,7 @@ import numpy as np
 
 from brushgs.options.media import Ink
 from brushgs.passes.neighbours import nearest
+from brushgs.pipeline.media.flecks import without_flecks as cleared
 from brushgs.pipeline.media.hatching import hatching_coats, stage
 from brushgs.pipeline.media.materials import Materials, numbers_of
 from brushgs.pipeline.media.tonal import ground_coat, keyed_tones, views_of, weighed_lines
@@ -25,7 +26,7 @@ MOST_BLACKS, LEAST_BLACK = 25, 140.0  # regions in a picture, and px of each in 
 # around half. Their edges are as sharp as in a still, and still move by less than a pixel.
 FILM_SOFTNESS, CONTRAST = 0.06, 2.0
 
-__all__ = ["ink", "stage"]
+__all__ = ["cleared", "ink", "stage"]
 
 
 def ink(materials: Materials) -> list[Coat]:

@@ -27,5 +27,12 @@ def stage_of(materials: Materials, staging: "Staging") -> Coat:
     return make(materials, staging)
 
 
+def cleared(materials: Materials, behind: list[Coat], drawn: list[Coat]) -> tuple[list[Coat], list[Coat]]:
+    """The coats behind and of a painting in a medium, after a look at them: `cleared` of its module."""
+    clear: Callable[..., tuple[list[Coat], list[Coat]]] | None
+    clear = getattr(_module_of(materials), "cleared", None)
+    return (behind, drawn) if clear is None else clear(materials, behind, drawn)
+
+
 def _module_of(materials: Materials) -> ModuleType:
     return import_module(f"brushgs.pipeline.media.{materials.media.kind}")

@@ -32,7 +32,7 @@ from brushgs.pipeline.look import open_relief, recolored_ground, shown_ground
 from brushgs.pipeline.make_strokes import StrokeMaker
 from brushgs.pipeline.maps import Property, reader_of, with_holds
 from brushgs.pipeline.media.materials import BACKDROP, Materials
-from brushgs.pipeline.media.media import coats_of
+from brushgs.pipeline.media.media import cleared, coats_of
 from brushgs.pipeline.media.sight import Sight
 from brushgs.pipeline.moving import Moving, attached, follow_strokes
 from brushgs.pipeline.overpaint import Overpainted, overpainted
@@ -319,7 +319,8 @@ def coats(
     report: Report,
 ) -> list[Coat]:
     """The coats of the painting, the first laid first."""
-    first, *others = coats_of(replace(continued, is_bare=not graded_backdrop))
+    drawn = coats_of(replace(continued, is_bare=not graded_backdrop))
+    behind, (first, *others) = cleared(continued, graded_backdrop, drawn)
     unpainted: list[Coat] = []
     if shown_plain is not None and first.effect is not None:  # which changes only what is painted
         nothing = first.strokes.take(np.zeros(0, np.intp))
@@ -327,7 +328,7 @@ def coats(
         first = replace(first, tolerance=continued.media.behind)
     elif shown_plain is not None:
         first = first.showing(shown_plain)
-    laid = with_holds([*graded_backdrop, *unpainted, first, *others, *accents], mapped, pruned)
+    laid = with_holds([*behind, *unpainted, first, *others, *accents], mapped, pruned)
     laid = with_fields(laid, report)
     if is_moving:
         laid = attached(laid, strokes, resting=(BACKDROP,))
