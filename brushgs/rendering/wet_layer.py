@@ -38,7 +38,7 @@ LOSS = 0.024  # width over which a lost outline fades, over the diagonal
 PAPER = 0.4, 0.5  # coverage by strokes from which paper hides what lies below, and the range of that
 # Of the coverage blurred over `LOSS` the mean inside, within some widths: up to the first a part is thin, and
 # lost on the side of the lamp alone. Along a straight edge it is 0.85; in a strip as wide as `LOSS`, 0.46.
-NEARBY, THIN, THICK = 2.0, 0.5, 0.7
+NEARBY, THIN, THICK = 2.0, 0.55, 0.75
 SIDED, LIT = 0.25, (0.6, 2.0)  # of `LOSS`: blur by which sides of thin parts differ; and how far at its slope
 FROM_ABOVE = -0.57, -0.57  # direction to the lamp in pictures, where none is known
 ROOM_SOLID = 12.0  # see `Key`: a room has no holes, windows are strokes of little opacity

@@ -16,12 +16,12 @@ from brushgs.values.arrays import F64, Array, Rows
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 
-DARK, DARKEST = 26.0, 2.1  # L* below which this percentage of a picture is to be
+DARK, DARKEST = 26.0, 2.2  # L* below which this percentage of a picture is to be
 # Of the tone curve, tried in this order until it is: factor of its exponent, and share of its range that gets
 # as dark as its darkest.
 CURVES = (1.0, 0.0), (1.1, 0.02), (1.3, 0.05), (1.5, 0.1), (1.7, 0.16), (1.9, 0.22), (2.1, 0.28), (2.3, 0.34)
 LOST = 0.38  # share of the outline of washes that is lost; touches and grain keep some
-LEAST_LOST = 0.06  # score of the darkest that may be
+LEAST_LOST = 0.04  # score of the darkest that may be
 FAINT = 6.0  # CIELAB: difference across an outline up to which it is lost
 SOLID = 0.25  # least coverage by strokes inside of an outline: there washes have half of their strength
 ACROSS = 0.0036  # of the diagonal, at least 1.5 px: from an outline to what is compared across it
