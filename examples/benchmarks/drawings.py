@@ -43,7 +43,8 @@ from examples.benchmarks.scenes import FOLDER, present
 from examples.benchmarks.strokes import markdown
 
 SIZE = "960x540"
-PICKED = "skull", "truck", "spinach", "koala", "campsite", "plant", "guitar"
+TUNED = "skull", "truck", "spinach", "koala", "campsite", "plant", "guitar"
+PICKED = *TUNED, *(scene for scene in FILES_AND_FLAGS if scene not in TUNED)
 SAME, LOST = 2.5, 6.0  # CIELAB: what looks like the paper, and across a lost outline
 ACROSS = 4  # px from the outline to the places that are compared
 FLECK = 40  # px^2

@@ -307,7 +307,10 @@ def orbit_table(scenes: list[str]) -> list[list[str]]:
         ("truck", "gouache"),
         ("koala", "charcoal"),
         ("koala", "watercolour"),
+        ("truck", "watercolour"),
+        ("skull", "watercolour"),
         ("truck", "ink"),
+        ("skull", "ink"),
     ):
         if scene in scenes:
             table.append(orbit_row(look, scene))
