@@ -72,6 +72,20 @@ def test_coats_lie_on_each_other_and_on_the_ground_as_exactly(studio, coats, gro
     assert found > 50, (coats, ground, found)
 
 
+def test_coats_share_programs_and_other_paintings_those_that_there_are(studio):
+    count = "studio.painter._programs._made.size"
+    numbers = []
+    for coats in ((coat(0), coat(1, dry=0.2)), (coat(0), *(coat(seed, dry=0.4) for seed in (1, 2, 3)))):
+        studio.load(Painting(coats, PAPER), CAMERA)
+        studio.paint(CAMERA, ground=True)
+        numbers.append(studio.page.evaluate(count))
+    assert numbers[0] == numbers[1]
+    shown = studio.paint(CAMERA, ground=True)
+    studio.page.evaluate("studio.painter.replace(studio.painter.contents)")
+    assert np.array_equal(studio.paint(CAMERA, ground=True), shown)
+    assert studio.page.evaluate(count) == numbers[1]
+
+
 def test_what_lies_behind_is_a_color_or_a_picture_that_is_cropped_to_its_centre(studio):
     painting = Painting(COATS["pressed"])
     studio.load(painting, CAMERA, background=BLUE)

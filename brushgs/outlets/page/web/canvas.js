@@ -14,8 +14,13 @@
 
 const NO_FLOATS =
   "this browser cannot draw into float textures: the painting is shown without relief, lamp and threads";
-const UNITS = ["uCoat", "uCoatDetail", "uPattern", "uCanvas", "uDetail", "uTint", "uGroundImage", "uHeight"];
-const SOFT_UNITS = ["uSoft", "uSoftDetail"], MADE_UNITS = ["uMade", "uMadeMore"];
+// Samplers of a pass by unit.
+const UNITS = {
+  "soft.frag": ["uSoft", "uSoftDetail"],
+  "wash.frag": ["uMade", "uMadeMore", "uPattern"],
+  "rub.frag": ["uMade", "uMadeMore", "uPattern"],
+  others: ["uCoat", "uCoatDetail", "uPattern", "uCanvas", "uDetail", "uTint", "uGroundImage", "uHeight"],
+};
 const [ZEROS, ONES] = [new Float32Array(4), new Float32Array(4).fill(1)];
 // A pixel of each target; of those of null as many as the format of colors has.
 const BYTES = { canvas: null, detail: 4, coat: null, coatDetail: 4, tint: null, blurredAlong: 2, blurred: 2 };
@@ -32,8 +37,9 @@ class Canvas {
   /**
    * @param {object} header of the contents: coats, surface, lamp, background, isTransparent
    * @param {object} arrays of the contents
+   * @param {Programs} programs of the painter
    */
-  constructor(gl, header, arrays) {
+  constructor(gl, header, arrays, programs) {
     const { coats, surface } = header;
     const isFloat = gl.getExtension("EXT_color_buffer_float") !== null;
     const isHalf = isFloat || gl.getExtension("EXT_color_buffer_half_float") !== null;
@@ -51,7 +57,7 @@ class Canvas {
     this._place = { x: 0, y: 0, detail: false, below: null, belowDetail: null };
     this._lamp = { direction: header.lamp?.direction, halfWay: header.lamp?.halfWay };
     this._taps = { width: 0, height: 0, reach: 0, weights: new Float32Array(MOST_REACH + 1) };
-    this._programs = new Map();
+    this._programs = programs;
     this._lays = coats.map((_, i) => this._layPrograms(this._plans[i]));
     this._blurs = !this._isLit ? [] : [
       { target: "blurredAlong", program: this._program("blur.frag", { DETAIL: this._hasDetail }) },
@@ -204,7 +210,6 @@ class Canvas {
     this._freeSoft();
     this._pattern?.dispose();
     if (this._image) this.gl.deleteTexture(this._image.texture);
-    for (const program of this._programs.values()) program.dispose();
   }
 
   /** The programs that lay a coat that was drawn. */
@@ -220,20 +225,9 @@ class Canvas {
   }
 
   _program(fragment, has) {
-    const { gl } = this;
     const defines = Object.keys(has).filter((name) => has[name]);
     if (this._hasPattern) defines.push("PATTERN");
-    const key = [fragment, ...defines].join();
-    if (!this._programs.has(key)) {
-      const program = new Program(gl, "screen.vert", fragment, defines);
-      this._programs.set(key, program);
-      gl.useProgram(program.handle);
-      for (const names of [SOFT_UNITS, MADE_UNITS]) {
-        names.forEach((name, unit) => gl.uniform1i(program.at[name] ?? null, unit));
-      }
-      UNITS.forEach((name, unit) => gl.uniform1i(program.at[name] ?? null, unit));
-    }
-    return this._programs.get(key);
+    return this._programs.get("screen.vert", fragment, defines, UNITS[fragment] ?? UNITS.others);
   }
 
   /** Use a program of a pass, with all textures bound; those that it does not read may be drawn into. */

@@ -12,14 +12,14 @@ const TEXTURES = ["uStrokes", "uSh", "uTable", "uAtlas", "uNoise", "uBelow", "uB
  * Draws a coat.
  *
  * `header` is that of the coat, `arrays` those of the container, `atlas` holds the brushes, `noise` is the
- * texture of `newNoise`.
+ * texture of `newNoise`, `programs` are those of the painter.
  */
 class CoatPainter {
-  constructor(gl, header, arrays, atlas, noise) {
+  constructor(gl, header, arrays, atlas, noise, programs) {
     Object.assign(this, { gl, header, atlas, count: header.count });
     this.isImage = header.kernel === "image";
     this._noise = noise;
-    this._programs = new Map();
+    this._programs = programs;
     this._rotation = new Float32Array(9);
     this._eye = new Float64Array(3);
     this._head = new Float64Array(3);
@@ -171,7 +171,6 @@ class CoatPainter {
 
   dispose() {
     const { gl } = this;
-    for (const program of this._programs.values()) program.dispose();
     for (const texture of [this._strokes, this._sh, this._placed]) gl.deleteTexture(texture);
     gl.deleteBuffer(this._instances);
     gl.deleteVertexArray(this._vertices);
@@ -327,14 +326,7 @@ class CoatPainter {
       ...Object.keys(has).filter((name) => has[name]),
       ...more,
     ];
-    const key = [vertex, ...more].join();
-    if (!this._programs.has(key)) {
-      const program = new Program(this.gl, vertex, fragment, defines, outputs);
-      this._programs.set(key, program);
-      this.gl.useProgram(program.handle);
-      TEXTURES.forEach((name, unit) => this.gl.uniform1i(program.at[name] ?? null, unit));
-    }
-    return this._programs.get(key);
+    return this._programs.get(vertex, fragment, defines, TEXTURES, outputs);
   }
 
   /** The uniforms of a view. */

@@ -12,6 +12,7 @@ class Painter {
   constructor(gl, contents, onSharper = null) {
     this.gl = gl;
     this._onSharper = onSharper;
+    this._programs = new Programs(gl);
     this.replace(contents);
   }
 
@@ -21,24 +22,17 @@ class Painter {
     const { header, arrays } = contents;
     const atlas = this._atlas?.serves(header, arrays) ? this._atlas : null;
     if (atlas) this._atlas = null; // or it would be disposed of
-    this.dispose();
+    this._free();
     this.contents = contents;
     this._atlas = atlas ?? new Atlas(gl, header, arrays, this._onSharper);
     this._noise = newNoise(gl);
-    this._coats = header.coats.map((coat) => new CoatPainter(gl, coat, arrays, this._atlas, this._noise));
-    this._canvas = new EffectCanvas(gl, header, arrays);
+    this._coats = header.coats.map((coat) => this._newCoat(coat));
+    this._canvas = this._newCanvas(header);
     this._sources = []; // made when they are needed
     this._motion = new Motion(contents);
     this.move(this._seconds ?? 0);
     this._bareCanvas = this._highlighter = null; // made when they are needed
     this._drawing = {}; // options of a coat
-  }
-
-  /** Make everything anew after a lost context was restored. */
-  restore() {
-    this._coats = this._sources = [];
-    this._atlas = this._noise = this._canvas = this._bareCanvas = this._highlighter = null;
-    this.replace(this.contents);
   }
 
   /**
@@ -65,7 +59,7 @@ class Painter {
     viewport = null, isBare = false, highlight = null, underpaintStep = 0, numSlabs = 1,
     isWhole = !isBare, made = null } = {}) {
     const { gl, _drawing: drawing } = this;
-    if (isBare) this._bareCanvas ??= new EffectCanvas(gl, bareHeader(this.contents.header), this.contents.arrays);
+    if (isBare) this._bareCanvas ??= this._newCanvas(bareHeader(this.contents.header));
     const canvas = isBare ? this._bareCanvas : this._canvas;
     const [x, y, width, height] = viewport ?? [0, 0, gl.drawingBufferWidth, gl.drawingBufferHeight];
     const highlighter = highlight && (this._highlighter ??= new Highlighter(gl));
@@ -115,10 +109,10 @@ class Painter {
 
   /** The painter of the strokes that the effect of a coat is made of: washes map their colors afterwards. */
   _sourceOf(i) {
-    const coat = this._coats[i], { header } = coat, { arrays } = this.contents;
+    const coat = this._coats[i], { header } = coat;
     if (!header.washes) return coat;
     const own = { ...header, shDegree: header.washes.shDegree, arrays: { ...header.arrays, sh: header.arrays.washSh } };
-    return (this._sources[i] ??= new CoatPainter(this.gl, own, arrays, this._atlas, this._noise));
+    return (this._sources[i] ??= this._newCoat(own));
   }
 
   /** Whether there are effects that take time where they are made as a whole. */
@@ -167,6 +161,20 @@ class Painter {
   }
 
   dispose() {
+    this._free();
+    this._programs.dispose();
+  }
+
+  _newCoat(header) {
+    return new CoatPainter(this.gl, header, this.contents.arrays, this._atlas, this._noise, this._programs);
+  }
+
+  _newCanvas(header) {
+    return new EffectCanvas(this.gl, header, this.contents.arrays, this._programs);
+  }
+
+  /** Let go of all but programs. */
+  _free() {
     for (const coat of [...(this._coats ?? []), ...(this._sources ?? []).filter(Boolean)]) coat.dispose();
     this._canvas?.dispose();
     this._bareCanvas?.dispose();

@@ -46,3 +46,34 @@ class Program {
     return shader;
   }
 }
+
+/** Programs by what they are made of: coats and canvases that need the same one share it. */
+class Programs {
+  constructor(gl) {
+    this._gl = gl;
+    this._made = new Map();
+  }
+
+  /**
+   * A program, compiled where there is none yet; arguments are those of `Program`.
+   *
+   * Users set all uniforms that it reads before they draw, but for its samplers.
+   *
+   * @param {string[]} samplers their names, by unit
+   */
+  get(vertex, fragment, defines, samplers, outputs) {
+    const key = [vertex, fragment, ...defines].join();
+    if (!this._made.has(key)) {
+      const program = new Program(this._gl, vertex, fragment, defines, outputs);
+      this._made.set(key, program);
+      this._gl.useProgram(program.handle);
+      samplers.forEach((name, unit) => this._gl.uniform1i(program.at[name] ?? null, unit));
+    }
+    return this._made.get(key);
+  }
+
+  dispose() {
+    for (const program of this._made.values()) program.dispose();
+    this._made.clear();
+  }
+}
