@@ -322,6 +322,16 @@ NB_MODULE(_core, m) {
         "isa", [] { return brushgs::isa_name(brushgs::best_isa()); },
         "Name of the instruction set in use: avx512, avx2 or baseline.");
     m.def(
+        "isas",
+        [] {
+            nb::list names;
+            for (const brushgs::Isa isa : {brushgs::Isa::baseline, brushgs::Isa::avx2, brushgs::Isa::avx512})
+                if (brushgs::has_isa(isa)) names.append(brushgs::isa_name(isa));
+            return names;
+        },
+        nb::sig("def isas() -> list[str]"),
+        "Names of the instruction sets that this processor has and the core is compiled for, the best one last.");
+    m.def(
         "build",
         [] {
 #if defined(NDEBUG) && defined(__OPTIMIZE__)

@@ -3,6 +3,13 @@
 #include <cstdlib>
 #include <string_view>
 
+#ifndef BRUSHGS_ALONE
+#include <atomic>
+#include <exception>
+#include <thread>
+#include <vector>
+#endif
+
 #if defined(BRUSHGS_HAS_AVX2) || defined(BRUSHGS_HAS_AVX512)
 #include <cpuid.h>
 #endif
@@ -43,7 +50,9 @@ struct Features {
 };
 #endif
 
-bool supports(Isa isa) {
+}  // namespace
+
+bool has_isa(Isa isa) {
 #if defined(BRUSHGS_HAS_AVX2) || defined(BRUSHGS_HAS_AVX512)
     static const Features features;
     [[maybe_unused]] constexpr unsigned fma = 1U << 12, avx = 1U << 28;
@@ -65,12 +74,13 @@ bool supports(Isa isa) {
     }
 }
 
+namespace {
+
 Isa choose() {
     const char* wish = std::getenv("BRUSHGS_ISA");
     Isa best = Isa::baseline;
     for (const Isa isa : {Isa::baseline, Isa::avx2, Isa::avx512}) {
-        if (!supports(isa)) continue;
-        best = isa;
+        if (has_isa(isa)) best = isa;
         if (wish != nullptr && std::string_view(wish) == isa_name(isa)) break;
     }
     return best;
@@ -93,5 +103,46 @@ Isa best_isa() {
     static const Isa chosen = choose();
     return chosen;
 }
+
+#ifndef BRUSHGS_ALONE
+
+namespace {
+
+// Threads that are joined, even if starting one of them fails. Not std::jthread, which older versions of libc++, the
+// library of macOS, do not have.
+struct JoinedThreads {
+    std::vector<std::thread> threads;
+    ~JoinedThreads() {
+        for (std::thread& thread : threads) thread.join();
+    }
+};
+
+}  // namespace
+
+void run_in_parallel(std::size_t count, int num_threads, const void* work,
+                     void (*run)(const void* work, std::size_t item)) {
+    std::atomic<std::size_t> next{0};
+    std::atomic_flag has_failed;
+    std::exception_ptr failure;
+    const auto drain = [&] {
+        try {
+            for (std::size_t item = next++; item < count; item = next++) run(work, item);
+        } catch (...) {
+            next = count;
+            if (!has_failed.test_and_set()) failure = std::current_exception();
+        }
+    };
+    const auto most = static_cast<std::size_t>(num_threads > 1 ? num_threads : 1);
+    const std::size_t num_helpers = (most < count ? most : (count > 0 ? count : 1)) - 1;
+    {
+        JoinedThreads helpers;
+        helpers.threads.reserve(num_helpers);
+        for (std::size_t i = 0; i < num_helpers; ++i) helpers.threads.emplace_back(drain);
+        drain();
+    }
+    if (failure) std::rethrow_exception(failure);
+}
+
+#endif
 
 }  // namespace brushgs

@@ -6,19 +6,15 @@
 #include <new>
 #include <type_traits>
 
-#ifndef BRUSHGS_ALONE
-#include <atomic>
-#include <exception>
-#include <thread>
-#include <vector>
-#endif
-
 namespace brushgs {
 
 enum class Isa { baseline, avx2, avx512 };
 
-// The best instruction set that this processor has and the kernels are compiled for, unless the environment variable
-// BRUSHGS_ISA (baseline, avx2 or avx512) names a lesser one. Read once.
+// Whether this processor has an instruction set and the kernels are compiled for it.
+bool has_isa(Isa isa);
+
+// The best of these sets, unless the environment variable BRUSHGS_ISA (baseline, avx2 or avx512) names a lesser one:
+// then the best up to that. Read once.
 Isa best_isa();
 
 const char* isa_name(Isa isa);
@@ -77,14 +73,9 @@ void parallel_for(std::size_t count, int, const Work& work) {
 
 #else
 
-// Threads that are joined, even if starting one of them fails. Not std::jthread, which older versions of libc++, the
-// library of macOS, do not have.
-struct JoinedThreads {
-    std::vector<std::thread> threads;
-    ~JoinedThreads() {
-        for (std::thread& thread : threads) thread.join();
-    }
-};
+// `parallel_for`, which is compiled once: its threads and exceptions would take long to compile for every `work`.
+void run_in_parallel(std::size_t count, int num_threads, const void* work,
+                     void (*run)(const void* work, std::size_t item));
 
 // Calls `work(item)` once for every item in [0, count), spread over `num_threads` threads; items are taken one by one,
 // so uneven items balance. The output of `work` must depend only on the item: then results do not depend on the number
@@ -93,26 +84,8 @@ struct JoinedThreads {
 // machine.
 template <class Work>
 void parallel_for(std::size_t count, int num_threads, const Work& work) {
-    std::atomic<std::size_t> next{0};
-    std::atomic_flag has_failed;
-    std::exception_ptr failure;
-    const auto drain = [&] {
-        try {
-            for (std::size_t item = next++; item < count; item = next++) work(item);
-        } catch (...) {
-            next = count;
-            if (!has_failed.test_and_set()) failure = std::current_exception();
-        }
-    };
-    const auto most = static_cast<std::size_t>(num_threads > 1 ? num_threads : 1);
-    const std::size_t num_helpers = (most < count ? most : (count > 0 ? count : 1)) - 1;
-    {
-        JoinedThreads helpers;
-        helpers.threads.reserve(num_helpers);
-        for (std::size_t i = 0; i < num_helpers; ++i) helpers.threads.emplace_back(drain);
-        drain();
-    }
-    if (failure) std::rethrow_exception(failure);
+    run_in_parallel(count, num_threads, &work,
+                    [](const void* own, std::size_t item) { (*static_cast<const Work*>(own))(item); });
 }
 
 #endif
