@@ -8,7 +8,7 @@ of their reference moment.
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import inf, sqrt
+from math import exp, inf, log, sqrt
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -19,27 +19,15 @@ from brushgs.core.native import core as _core
 from brushgs.values.arrays import F64, Array
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
-from brushgs.values.colors import oklab_of
+from brushgs.values.colors import CONES_FROM_RGB, OKLAB_FROM_ROOTS
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.hashing import GOLDEN, uniform
-from brushgs.values.sh import base_colors
 
 # Reference picture (1000 x 750) of lengths on the canvas.
 CANVAS_PIXELS = 750_000
 PIXELS_PER_MM = 6.0  # width of that picture if paper has a size: threads of linen are then 0.6 mm wide
 THICKNESS, GAIN = 0.4, 1.7  # px of that picture
-# Clamp of a stroke's size over the median size, before taking the root: large strokes carry more paint.
-LEAST_SIZE, MOST_SIZE = 0.4, 2.5
-GAIN_SPREAD = 0.25  # standard deviation of the logarithm of the gain from stroke to stroke
-MOST_DEVIATIONS = 2.5  # beyond, single strokes stand out like scratches
-THICKNESS_SPREAD = 0.5  # largest relative deviation of the thickness
-# Rule of oil painting: lights thick, darks and middle tones thin. Quantiles of painted area that count as
-# fully dark and light, and the paint there. Relative to the painting, as a fixed rule (0.4 + 0.9 L) hardly
-# separates paintings of few values. Large strokes lie under others: with DARKEST 0.2 the darkest visible
-# quarter of the still life would be half way to light.
-DARKEST, LIGHTEST = 0.4, 0.8
-THIN, THICK = 0.25, 1.35
-LEAST_RANGE = 0.1  # least OKLab L from fully dark to light: a painting of one tone has paint of one thickness
+# Least OKLab L from fully dark to light, from the core: a painting of one tone has paint of one thickness.
+LEAST_LIGHT_RANGE: float = _core.LEAST_LIGHT_RANGE
 # Thickness of the smooth underpaint over that of its stroke, from the core.
 UNDERPAINT_THICKNESS: float = _core.UNDERPAINT_THICKNESS  # 0.15 / 0.8
 
@@ -123,13 +111,26 @@ class Relief:
         kept = _cache.setdefault(strokes, {})
         key = (self.size, self.by_light, self.lights, self.by_place)
         if key not in kept:
-            units = _relative(strokes, self.size)
-            if self.by_light:
-                units *= 1 + self.by_light * (_by_light(strokes, self.lights) - 1)[:, None]
+            units = self._relative(strokes)
             if self.by_place is not None:
                 units *= self.by_place(strokes)[:, None]
             kept[key] = units
         return kept[key]
+
+    def _relative(self, strokes: Gaussians) -> F64:
+        """[N, 2] as `_in_units`, wherever strokes lie."""
+        units = np.empty((len(strokes), 2))
+        if len(strokes) == 0:
+            return units
+        columns = _columns(strokes)
+        middle = _core.median_log_size(columns["scales"])
+        if self.size is not None:
+            middle = log(self.size) if self.size > 0 else -inf
+        dark, light = self.lights or (light_range(strokes) if self.by_light else (0.0, 1.0))
+        _core.relative_reliefs(
+            **columns, middle=middle, by_light=self.by_light, dark=dark, light=light, reliefs=units
+        )
+        return units
 
     def _of(self, units: F64, pixel: float) -> F64:
         return units * (self.thickness * pixel, self.gain * pixel)
@@ -150,28 +151,18 @@ class Relief:
 
 def median_size(gaussians: Gaussians) -> float:
     """The median of the geometric mean of the two larger scales, world units; 0 without strokes."""
-    return float(np.exp(np.median(_log_sizes(gaussians)))) if len(gaussians) else 0.0
+    if len(gaussians) == 0:
+        return 0.0
+    return exp(_core.median_log_size(np.ascontiguousarray(gaussians.scales)))
 
 
 def light_range(gaussians: Gaussians) -> tuple[float, float]:
     """OKLab L of the 0.4 and 0.8 quantiles of painted area.
 
-    The area of a stroke is its opacity times the product of its two larger scales. (0, 1) without area.
+    The area of a stroke is its opacity times the product of its two larger scales. (0, 1) without strokes.
     """
-    if len(gaussians) == 0:
-        return 0.0, 1.0
-    lightness, logs = _lightness(gaussians), _log_sizes(gaussians)
-    largest = logs.max()
-    areas = (
-        gaussians.opacities * np.exp(2 * (logs - largest)) if np.isfinite(largest) else np.zeros(len(logs))
-    )
-    if not areas.any():
-        areas = np.ones(len(logs))
-    order = np.lexsort((areas, lightness))
-    shares = np.cumsum(areas[order], dtype=np.float64)
-    ends = np.searchsorted(shares / shares[-1], (DARKEST, LIGHTEST))
-    dark, light = np.clip(lightness[order[np.minimum(ends, len(order) - 1)]], 0, 1)
-    return float(dark), float(light)
+    dark, light = _core.light_range(**_columns(gaussians))
+    return dark, light
 
 
 _Place = Callable[[Gaussians], F64]
@@ -179,18 +170,6 @@ _Place = Callable[[Gaussians], F64]
 _Kept = dict[tuple[float | None, float, tuple[float, float] | None, _Place | None], F64]
 _cache: WeakKeyDictionary[Gaussians, _Kept] = WeakKeyDictionary()
 _at_rest: WeakKeyDictionary[Gaussians, Gaussians] = WeakKeyDictionary()  # moved strokes -> strokes at rest
-
-
-def _lightness(gaussians: Gaussians) -> F64:
-    """[N] OKLab L, 0 to 1."""
-    return oklab_of(base_colors(gaussians.sh))[:, 0]
-
-
-def _by_light(gaussians: Gaussians, lights: tuple[float, float] | None) -> F64:
-    """[N] factors on the paint of each stroke, `THIN` to `THICK`."""
-    dark, light = light_range(gaussians) if lights is None else lights
-    away = (_lightness(gaussians) - (dark + light) / 2) / max(light - dark, LEAST_RANGE)
-    return np.asarray(THIN + (THICK - THIN) * np.clip(0.5 + away, 0, 1))
 
 
 def keep_relief(moved: Gaussians, strokes: Gaussians) -> None:
@@ -204,33 +183,9 @@ def keep_relief(moved: Gaussians, strokes: Gaussians) -> None:
         _at_rest[moved] = _at_rest.get(strokes, strokes)
 
 
-def _log_sizes(gaussians: Gaussians) -> F64:
-    # Sum of logarithms: scales may be 0, or underflow when multiplied.
-    with np.errstate(divide="ignore"):
-        logs: F64 = np.log(np.sort(gaussians.scales, axis=1)[:, 1:].astype(np.float64))
-    return np.asarray(logs.sum(axis=1) / 2)
-
-
-def _relative(gaussians: Gaussians, size: float | None) -> F64:
-    if len(gaussians) == 0:
-        return np.empty((0, 2))
-    logs = _log_sizes(gaussians)
-    with np.errstate(divide="ignore"):
-        middle = np.median(logs) if size is None else np.log(size)
-    if not np.isfinite(middle):  # at least half of the strokes have no size: treat all alike
-        logs, middle = np.zeros(len(logs)), np.float64(0)
-    relative = np.exp(np.clip(logs - middle, np.log(LEAST_SIZE), np.log(MOST_SIZE)) / 2)
-    one, two, three = _uniform(len(gaussians), 3)
-    normal = np.sqrt(-2 * np.log1p(-one)) * np.cos(2 * np.pi * two)  # Box and Muller 1958
-    gain = np.exp(GAIN_SPREAD * np.clip(normal, -MOST_DEVIATIONS, MOST_DEVIATIONS))
-    thickness = 1 + THICKNESS_SPREAD * (2 * three - 1)
-    return np.stack([relative * thickness, relative * gain], axis=1)
-
-
-def _uniform(num_rows: int, num_columns: int) -> F64:
-    """[num_columns, num_rows] numbers in [0, 1): hashes of the row."""
-    states = np.arange(1, num_rows * num_columns + 1, dtype=np.uint64) * np.uint64(GOLDEN)
-    return uniform(states).reshape(num_rows, num_columns).T
+def _columns(gaussians: Gaussians) -> dict[str, Array]:
+    columns = {name: np.ascontiguousarray(getattr(gaussians, name)) for name in ("scales", "opacities", "sh")}
+    return {**columns, "cones_from_rgb": CONES_FROM_RGB, "lab_from_roots": OKLAB_FROM_ROOTS}
 
 
 def check_relief(where: str, boxes: Boxes) -> None:

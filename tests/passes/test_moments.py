@@ -1,15 +1,11 @@
 """The core against the NumPy twin, on scenes of every strange kind, and in any number of threads."""
 
 import numpy as np
-import pytest
 
-from brushgs.core.native import core as _core
-from brushgs.core.threads import at_most, num_threads_or_default
-from brushgs.passes.form.coverage import nearest_others
+from brushgs.core.threads import at_most
 from brushgs.passes.groups import Groups
 from brushgs.passes.reduce.contribution import projected_areas
 from brushgs.passes.reduce.merge import covariances, principal_axes, stopped
-from brushgs.values.quats import rotation_matrices
 from tests.kit.for_each import for_each
 from tests.passes import moments_twin as twin
 from tests.passes.scenes import covariances as covariances_of
@@ -86,23 +82,3 @@ def test_the_largest_component_of_the_longer_axes_is_positive_and_threads_do_not
     scales, turned = principal_axes(np.zeros((1, 3, 3)))
     assert not scales.any()
     np.testing.assert_allclose(np.linalg.det(turned), 1)
-
-
-@pytest.mark.filterwarnings("ignore:overflow")
-@for_each("name", STRANGE)
-def test_light_that_passes_and_neighbours_that_touch_are_those_of_the_twin(name):
-    scene = STRANGE[name]
-    order = np.argsort(scene.scales, axis=1)
-    scales = np.take_along_axis(scene.scales, order, axis=1)
-    axes = np.take_along_axis(rotation_matrices(scene.quats), order[:, None, :], axis=2)
-    neighbors = nearest_others(scene.means, 8)
-    if neighbors.size:
-        neighbors[::5, 0] = np.arange(len(scene), dtype=np.int32)[::5]  # itself: does not count
-    columns = (scene.means, scales, axes, scene.opacities)
-
-    given = dict(zip(("means", "scales", "axes", "opacities"), columns, strict=True))
-    given |= {"rows": np.arange(len(scene)), "neighbors": neighbors, "num_touching": 5, "touch": 20.0}
-    found = with_threads(lambda: _core.cover(**given, num_threads=num_threads_or_default(None)))
-    for one, other in zip(found, twin.cover(*columns, neighbors, 5, 20.0), strict=True):
-        # Of needles seen end-on all digits but four cancel: 6e-7 at worst.
-        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-6 if name == "needles" else 1e-9)

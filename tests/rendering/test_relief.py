@@ -14,25 +14,26 @@ from brushgs.rendering.project import project
 from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.relief import (
     GAIN,
-    GAIN_SPREAD,
-    LEAST_SIZE,
-    MOST_DEVIATIONS,
-    MOST_SIZE,
-    THICK,
+    LEAST_LIGHT_RANGE,
     THICKNESS,
-    THICKNESS_SPREAD,
-    THIN,
     Relief,
     light_range,
 )
 from brushgs.still_life import still_life_camera
-from brushgs.values.colors import rgb_of_oklab
+from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.sh import in_colors
+from brushgs.values.hashing import GOLDEN, uniform
+from brushgs.values.sh import base_colors, in_colors
 from tests.kit.for_each import for_each
 from tests.rendering.moving_strokes import motion_of, with_ids
 from tests.rendering.strokes import boxes_of
 from tests.scenes import still_life_of
+
+# Of the core, see stroke_relief.hpp.
+LEAST_SIZE, MOST_SIZE = 0.4, 2.5
+GAIN_SPREAD, MOST_DEVIATIONS, THICKNESS_SPREAD = 0.25, 2.5, 0.5
+THIN, THICK = 0.25, 1.35
+DARKEST, LIGHTEST = 0.4, 0.8
 
 
 @for_each("softness", [None, 0.0, 3.0])
@@ -117,6 +118,36 @@ def greys(lightness):
 def factors_of(strokes, **how):
     """[N, 2] by what both numbers of each stroke are multiplied."""
     return Relief(1, 1, by_light=1, **how).of_strokes(strokes) / Relief(1, 1).of_strokes(strokes)
+
+
+def range_in_numpy(strokes, logs, lightness):
+    areas = strokes.opacities * np.exp(2 * (logs - logs.max()))
+    order = np.lexsort((areas, lightness))
+    shares = np.cumsum(areas[order])
+    return lightness[order[np.searchsorted(shares / shares[-1], (DARKEST, LIGHTEST))]]
+
+
+def reliefs_in_numpy(strokes, by_light, size):
+    logs = np.log(np.sort(strokes.scales, axis=1)[:, 1:].astype(np.float64)).sum(axis=1) / 2
+    middle = np.median(logs) if size is None else np.log(size)
+    sizes = np.exp(np.clip(logs - middle, np.log(LEAST_SIZE), np.log(MOST_SIZE)) / 2)
+    lightness = oklab_of(base_colors(strokes.sh))[:, 0]
+    dark, light = range_in_numpy(strokes, logs, lightness)
+    away = (lightness - (dark + light) / 2) / max(light - dark, LEAST_LIGHT_RANGE)
+    sizes *= 1 + by_light * (THIN + (THICK - THIN) * np.clip(0.5 + away, 0, 1) - 1)
+    states = np.arange(1, 3 * len(strokes) + 1, dtype=np.uint64) * np.uint64(GOLDEN)
+    one, two, three = uniform(states).reshape(-1, 3).T
+    normal = np.sqrt(-2 * np.log1p(-one)) * np.cos(2 * np.pi * two)
+    gains = np.exp(GAIN_SPREAD * np.clip(normal, -MOST_DEVIATIONS, MOST_DEVIATIONS))
+    return np.stack([sizes * (1 + THICKNESS_SPREAD * (2 * three - 1)), sizes * gains], axis=1)
+
+
+@for_each("dtype", [np.float32, np.float64])
+@for_each("by_light, size", [(0.0, None), (1.0, None), (0.4, 0.02)])
+def test_reliefs_are_those_of_numpy(dtype, by_light, size):
+    for strokes in (SCENE.astype(dtype), SCENE.take(np.s_[:-1]).astype(dtype)):
+        found = Relief(1, 1, by_light=by_light, size=size).of_strokes(strokes)
+        np.testing.assert_allclose(found, reliefs_in_numpy(strokes, by_light, size), rtol=1e-12)
 
 
 def test_lights_are_thick_and_darks_thin_by_their_place_between_those_of_the_painting():

@@ -3,7 +3,6 @@
 
 #include "bindings.hpp"
 #include "brushgs/components.hpp"
-#include "brushgs/coverage.hpp"
 #include "brushgs/gaps.hpp"
 #include "brushgs/groups.hpp"
 #include "brushgs/halves.hpp"
@@ -301,32 +300,6 @@ nb::object stop_groups(In<T, 1> opacities, In<double, 1> areas, In<double, 1> fo
     return row(stopped, num_groups);
 }
 
-nb::tuple cover(In<double, 2> means, In<double, 2> scales, In<double, 3> axes, In<double, 1> opacities,
-                In<std::int64_t, 1> rows, In<std::int32_t, 2> neighbors, std::size_t num_touching, double touch,
-                int num_threads) {
-    const std::size_t count = rows.shape(0);
-    auto passed = brushgs::make_buffer<double>(count), touching = brushgs::make_buffer<double>(count),
-         parallel = brushgs::make_buffer<double>(count);
-    {
-        const nb::gil_scoped_release without_gil;
-        brushgs::cover({.means = means.data(),
-                        .scales = scales.data(),
-                        .axes = axes.data(),
-                        .opacities = opacities.data(),
-                        .rows = rows.data(),
-                        .neighbors = neighbors.data(),
-                        .num_rows = count,
-                        .num_neighbors = neighbors.shape(1),
-                        .num_touching = num_touching,
-                        .touch = touch,
-                        .num_threads = num_threads,
-                        .passed = passed.get(),
-                        .touching = touching.get(),
-                        .parallel = parallel.get()});
-    }
-    return nb::make_tuple(row(passed, count), row(touching, count), row(parallel, count));
-}
-
 nb::object growth(In<double, 2> means, In<double, 2> scales, In<double, 3> axes, In<double, 1> opacities,
                   int num_threads) {
     const std::size_t count = means.shape(0);
@@ -449,11 +422,6 @@ void bind_rows(nb::module_& m) {
     def_moments<double>(m);
     m.def("principal_axes", &principal_axes, "covariances"_a.noconvert(), "num_threads"_a,
           "Standard deviations [N, 3], ascending, and axes [N, 3, 3], as columns, of covariances; see moments.hpp.");
-    m.def("cover", &cover, nb::kw_only(), "means"_a.noconvert(), "scales"_a.noconvert(), "axes"_a.noconvert(),
-          "opacities"_a.noconvert(), "rows"_a.noconvert(), "neighbors"_a.noconvert(), "num_touching"_a, "touch"_a,
-          "num_threads"_a,
-          "For these rows [n] of strokes with these neighbors [n, m], the light that passes them, how many of the "
-          "first neighbors touch, and the sum of the cosines between normals, [n] each. See coverage.hpp.");
     m.def("growth", &growth, "means"_a.noconvert(), "scales"_a.noconvert(), "axes"_a.noconvert(),
           "opacities"_a.noconvert(), "num_threads"_a, "The growth [k] of strokes that closes gaps, see gaps.hpp.");
     m.def("light_along", &light_along, "places"_a.noconvert(), "depths"_a.noconvert(), "reach"_a,

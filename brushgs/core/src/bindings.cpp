@@ -25,6 +25,7 @@
 #include "brushgs/solid.hpp"
 #include "brushgs/streamlines.hpp"
 #include "brushgs/stroke_levels.hpp"
+#include "brushgs/stroke_relief.hpp"
 #include "brushgs/trace.hpp"
 #include "brushgs/track.hpp"
 #include "brushgs/visible_shares.hpp"
@@ -224,6 +225,34 @@ void break_colors(In<T, 2> means, In<T, 2> scales, In<T, 1> opacities, In<double
                           sh.data());
 }
 
+template <class T>
+brushgs::PaintedStrokes<T> painted(const In<T, 2>& scales, const In<T, 1>& opacities, const In<T, 3>& sh,
+                                   const In<double, 2>& cones_from_rgb, const In<double, 2>& lab_from_roots) {
+    return {scales.data(),         opacities.data(),     sh.data(), scales.shape(0), sh.shape(1),
+            cones_from_rgb.data(), lab_from_roots.data()};
+}
+
+template <class T>
+double median_log_size(In<T, 2> scales) {
+    return brushgs::median_log_size(scales.data(), scales.shape(0));
+}
+
+template <class T>
+nb::tuple light_range(In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh, In<double, 2> cones_from_rgb,
+                      In<double, 2> lab_from_roots) {
+    const auto found = brushgs::light_range(painted(scales, opacities, sh, cones_from_rgb, lab_from_roots));
+    return nb::make_tuple(found.dark, found.light);
+}
+
+template <class T>
+void relative_reliefs(In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh, In<double, 2> cones_from_rgb,
+                      In<double, 2> lab_from_roots, double middle, double by_light, double dark, double light,
+                      Out<double, 2> reliefs) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::relative_reliefs(painted(scales, opacities, sh, cones_from_rgb, lab_from_roots), middle, by_light,
+                              {dark, light}, reliefs.data());
+}
+
 nb::object spread_weights(In<double, 1> weights, In<double, 2> places, int num_threads) {
     const std::size_t count = weights.shape(0);
     auto ranked = brushgs::make_buffer<double>(count);
@@ -291,6 +320,15 @@ void def_scenes(nb::module_& m) {
           "opacities"_a.noconvert(), "cones_from_rgb"_a.noconvert(), "lab_from_roots"_a.noconvert(), "lightness"_a,
           "chroma"_a, "follows"_a, "seed"_a, "num_threads"_a, "sh"_a.noconvert(),
           "Shift the base colors in sh [k, terms, 3] of strokes, see broken_color.hpp.");
+    m.def("median_log_size", &median_log_size<T>, "scales"_a.noconvert(),
+          "The median logarithm of the sizes of one stroke or more, see stroke_relief.hpp.");
+    m.def("light_range", &light_range<T>, nb::kw_only(), "scales"_a.noconvert(), "opacities"_a.noconvert(),
+          "sh"_a.noconvert(), "cones_from_rgb"_a.noconvert(), "lab_from_roots"_a.noconvert(),
+          "OKLab L of what counts as fully dark and as fully light in strokes, see stroke_relief.hpp.");
+    m.def("relative_reliefs", &relative_reliefs<T>, nb::kw_only(), "scales"_a.noconvert(), "opacities"_a.noconvert(),
+          "sh"_a.noconvert(), "cones_from_rgb"_a.noconvert(), "lab_from_roots"_a.noconvert(), "middle"_a, "by_light"_a,
+          "dark"_a, "light"_a, "reliefs"_a.noconvert(),
+          "Write thickness and gain [N, 2] of the paint of strokes, see stroke_relief.hpp.");
     m.def("find_floaters", &find_floaters<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
           "scales"_a.noconvert(), "opacities"_a.noconvert(), "first"_a.noconvert(), "groups"_a.noconvert(),
           "num_threads"_a,
@@ -346,6 +384,7 @@ NB_MODULE(_core, m) {
     m.attr("MIN_ALPHA") = brushgs::kMinAlpha;
     m.attr("MIN_TRANSMITTANCE") = brushgs::kMinTransmittance;
     m.attr("LEAST_LIGHT") = brushgs::kLeastLight;
+    m.attr("LEAST_LIGHT_RANGE") = brushgs::kLeastLightRange;
     m.attr("UNDERPAINT_THICKNESS") = brushgs::kUnderpaintThickness;
     m.attr("BRISTLES") = brushgs::kBristles;
     m.attr("BRISTLE_MARGIN") = brushgs::kBristleMargin;

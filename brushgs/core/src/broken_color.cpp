@@ -61,12 +61,7 @@ public:
         from_lab_ = inverse_of(lab_);
     }
 
-    Color lab_of(Color rgb) const {
-        for (double& value : rgb) value = linear_of(value);
-        Color cones = turned(cones_, rgb);
-        for (double& value : cones) value = std::cbrt(value);
-        return turned(lab_, cones);
-    }
+    Color lab_of(const Color& rgb) const { return oklab_of(rgb, cones_.data(), lab_.data()); }
 
     Color rgb_of(const Color& lab) const {
         Color roots = turned(from_lab_, lab);

@@ -15,7 +15,7 @@ import numpy as np
 
 from brushgs.passes.form.coverage import NUM_NEIGHBORS, nearest_others
 from brushgs.passes.reduce.contribution import paint_of
-from brushgs.rendering.relief import LEAST_RANGE, light_range
+from brushgs.rendering.relief import LEAST_LIGHT_RANGE, light_range
 from brushgs.values.arrays import F64, Rows, smoothstep
 from brushgs.values.colors import oklab_of
 from brushgs.values.gaussians import Gaussians
@@ -60,7 +60,7 @@ class Materials:
         found = roughness(strokes)
         away = (found - np.clip(_middle(found, paint_of(strokes)), LEAST_MIDDLE, MOST_MIDDLE)) / WIDTH
         dark, light = light_range(strokes)
-        lightness = (oklab_of(base_colors(strokes.sh))[:, 0] - dark) / max(light - dark, LEAST_RANGE)
+        lightness = (oklab_of(base_colors(strokes.sh))[:, 0] - dark) / max(light - dark, LEAST_LIGHT_RANGE)
         return cls(found, smoothstep(-away) * smoothstep(lightness), smoothstep(away))
 
 

@@ -24,6 +24,21 @@ inline double linear_of(double encoded) {
     return std::copysign(size <= 0.04045 ? size / 12.92 : power_of((size + 0.055) / 1.055, 2.4), encoded);
 }
 
+// A display-encoded color in OKLab: L, a, b. Source: Ottosson 2020, A perceptual color space for image processing.
+inline std::array<double, 3> oklab_of(std::array<double, 3> rgb, const double* cones_from_rgb,
+                                      const double* lab_from_roots) {
+    const auto turned = [](const double* m, const std::array<double, 3>& from) {
+        std::array<double, 3> to;
+        for (std::size_t i = 0; i < 3; ++i)
+            to[i] = m[3 * i] * from[0] + m[3 * i + 1] * from[1] + m[3 * i + 2] * from[2];
+        return to;
+    };
+    for (double& value : rgb) value = linear_of(value);
+    std::array<double, 3> cones = turned(cones_from_rgb, rgb);
+    for (double& value : cones) value = std::cbrt(value);
+    return turned(lab_from_roots, cones);
+}
+
 // The base color in CIELAB / 100; `xyz_over_white` [3, 3] is of linear light. Source: ISO/CIE 11664-4.
 template <class T>
 std::array<double, 3> cielab_of(const T* sh, const double* xyz_over_white) {
