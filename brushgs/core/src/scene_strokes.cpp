@@ -219,7 +219,7 @@ GaussianColumns strokes_of_scene(const SceneColumns& scene, const Extent& extent
                          .lab_from_roots = options.lab_from_roots,
                          .lightness = options.lightness,
                          .chroma = options.chroma,
-                         .follows = 0,
+                         .follows = options.follows,
                          .seed = 0,
                          .num_threads = kThreads},
                         strokes.sh.data());

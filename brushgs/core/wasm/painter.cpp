@@ -11,6 +11,7 @@
 #include "brushgs/quats.hpp"
 #include "brushgs/scene_rows.hpp"
 #include "brushgs/scene_strokes.hpp"
+#include "brushgs/stroke_relief.hpp"
 
 #define BRUSHGS_EXPORT(name) extern "C" __attribute__((export_name(#name)))
 
@@ -28,12 +29,26 @@ std::size_t num_read;
 brushgs::Extent extent;
 brushgs::ViewSample sample;
 brushgs::GaussianColumns strokes;
+std::vector<float> reliefs;  // [count, 2] thickness and gain, see brushgs/rendering/relief.py
 
 double paint_of(std::size_t row) {
     std::array<double, 3> scales;
     for (std::size_t i = 0; i < 3; ++i) scales[i] = static_cast<double>(strokes.scales[3 * row + i]);
     std::ranges::sort(scales);
     return scales[1] * scales[2] * static_cast<double>(strokes.opacities[row]);
+}
+
+void raise(double thickness, double gain, double by_light, const double* cones_from_rgb, const double* lab_from_roots) {
+    reliefs.clear();
+    if (strokes.count == 0) return;
+    const brushgs::PaintedStrokes<float> painted{strokes.scales.data(), strokes.opacities.data(), strokes.sh.data(),
+                                                 strokes.count,         strokes.sh_terms,         cones_from_rgb,
+                                                 lab_from_roots};
+    std::vector<double> found(2 * strokes.count);
+    brushgs::relative_reliefs(painted, brushgs::median_log_size(painted.scales, painted.count), by_light,
+                              brushgs::light_range(painted), found.data());
+    for (std::size_t i = 0; i < found.size(); ++i)
+        reliefs.push_back(static_cast<float>(found[i] * (i % 2 == 0 ? thickness : gain)));
 }
 
 // The strokes as a page holds them (brushgs/outlets/page/contents.py): those with most paint first, relative to the
@@ -46,6 +61,9 @@ void arrange() {
     std::ranges::stable_sort(rows, [&](std::uint32_t a, std::uint32_t b) { return paint[a] > paint[b]; });
     std::erase_if(rows, [](std::uint32_t row) { return strokes.opacities[row] < kLeastAlpha; });
     strokes = brushgs::taken(strokes, rows);
+    std::vector<float> raised;
+    for (const std::uint32_t row : rows) raised.insert(raised.end(), {reliefs[2 * row], reliefs[2 * row + 1]});
+    reliefs = std::move(raised);
     for (std::size_t i = 0; i < strokes.means.size(); ++i) {
         strokes.means[i] = static_cast<float>(static_cast<double>(strokes.means[i]) - extent.center[i % 3]);
     }
@@ -114,8 +132,9 @@ BRUSHGS_EXPORT(reach) void reach(double* view) {
     view[0] = found.across, view[1] = found.down;
 }
 
-// Makes the strokes of the scene that was read, arranged for the page. The numbers are those of `StrokeOptions` from
-// `finest` on, and the draws.
+// Makes the strokes of the scene that was read, arranged for the page, with their relief. The numbers are those of
+// `StrokeOptions` from `finest` to `chroma`, its matrices, `follows`, thickness, gain and by_light of the relief, and
+// the draws.
 BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* numbers) {
     strokes = {};
     const brushgs::StrokeOptions options{.num_strokes = num_strokes,
@@ -128,11 +147,13 @@ BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* numbers)
                                          .solid = numbers[6],
                                          .lightness = numbers[7],
                                          .chroma = numbers[8],
+                                         .follows = numbers[36],
                                          .cones_from_rgb = numbers + 9,
                                          .lab_from_roots = numbers + 18,
                                          .xyz_over_white = numbers + 27,
-                                         .draws = numbers + 36};
+                                         .draws = numbers + 40};
     strokes = brushgs::strokes_of_scene(scene, extent, options, tell_page);
+    raise(numbers[37], numbers[38], numbers[39], options.cones_from_rgb, options.lab_from_roots);
     arrange();
 }
 
@@ -142,4 +163,5 @@ BRUSHGS_EXPORT(means) const float* means() { return strokes.means.data(); }
 BRUSHGS_EXPORT(quats) const float* quats() { return strokes.quats.data(); }
 BRUSHGS_EXPORT(scales) const float* scales() { return strokes.scales.data(); }
 BRUSHGS_EXPORT(opacities) const float* opacities() { return strokes.opacities.data(); }
+BRUSHGS_EXPORT(relief) const float* relief() { return reliefs.data(); }
 BRUSHGS_EXPORT(sh) const float* sh() { return strokes.sh.data(); }

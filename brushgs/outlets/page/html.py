@@ -63,13 +63,14 @@ SCRIPTS = (
     "live_brush.js",
     "live_scene.js",
     "live.js",
+    "drop_save.js",
     "drop.js",
     "app.js",
 )
 # Files for pages with a server only.
 LIVE_SCRIPTS = frozenset(name for name in SCRIPTS if name.startswith("live"))
-# The script of pages that paint, and the text of its worker.
-DROP_SCRIPT, WORKER_SCRIPT = "drop.js", "drop_worker.js"
+# The scripts of pages that paint, and the text of their worker.
+DROP_SCRIPTS, WORKER_SCRIPT = frozenset({"drop_save.js", "drop.js"}), "drop_worker.js"
 SHARED_GLSL = "shared.glsl"  # generated, see `brushgs.outlets.page.shared`
 SHADER_SUFFIXES = (".vert", ".frag", ".glsl")
 _INCLUDE = re.compile(r'^[ \t]*#include "([^"\n]+)"[ \t]*$', re.MULTILINE)
@@ -196,7 +197,7 @@ def page_script(*, live: bool = False, drop: bool = False) -> str:
     Raises:
         ValueError: if a script holds what would end its element in HTML, or an included file is missing.
     """
-    left_out = (set() if live else LIVE_SCRIPTS) | (set() if drop else {DROP_SCRIPT})
+    left_out = (set() if live else LIVE_SCRIPTS) | (set() if drop else DROP_SCRIPTS)
     names = [name for name in SCRIPTS if name in web_files() and name not in left_out]
     parts = [
         script_beginning(),

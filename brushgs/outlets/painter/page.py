@@ -7,10 +7,11 @@ in Python, with k strokes,
     merged = bg.cluster(kept, k)
     strokes = bg.break_colors(bg.solidify(merged.take(worth_keeping(merged))))
 
-shown as by `bg.save(strokes, "page.html", texture="flat",
-underpaint=True)` on toned linen.
+with `follows=1` in oil, shown as by `bg.save(strokes, "page.html", texture="flat", underpaint=True)`; in oil
+on toned linen, with a relief and a lamp.
 """
 
+from math import degrees
 from pathlib import Path
 
 import numpy as np
@@ -19,8 +20,10 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.cameras.framing import DEFAULT_FOV_Y
 from brushgs.first_view.up import SURE
 from brushgs.formats.files import replacing
+from brushgs.options.look import Look
+from brushgs.options.look_parts import USUAL_LAMP
 from brushgs.options.page import PAGE_SUFFIXES
-from brushgs.options.painting import DEFAULT_KEEP
+from brushgs.options.painting import DEFAULT_KEEP, PaintConfig
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import PageContents, page_contents
 from brushgs.outlets.page.html import page_html
@@ -33,15 +36,19 @@ from brushgs.passes.form.solid import STRENGTH
 from brushgs.passes.reduce.features import COLOR_WEIGHT
 from brushgs.passes.reduce.lloyd import GAIN, NUM_STEPS
 from brushgs.passes.reduce.merge import OVERLAP
+from brushgs.pipeline.lamp import open_lamp
+from brushgs.pipeline.look import open_relief
 from brushgs.pipeline.outputs import check_output
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import linen
 from brushgs.values.camera import Camera
 from brushgs.values.colors import CONES_FROM_RGB, OKLAB_FROM_ROOTS
 from brushgs.values.gaussians import Gaussians
 
+LOOKS = ("oil", "plain")  # of which the page has all that it shows
 BRUSHES = ("flat", "filbert", "dab", "dry_brush", "palette_knife", "impasto", "fan", "swirl")
 GROUND = (0.66, 0.61, 0.53)  # toned linen, RGB: neither the light nor the dark of a scene is lost on it
 STROKES = 6000  # as many as a look of oil lays
@@ -77,18 +84,18 @@ def write_painter(output: str | Path) -> int:
 def painter_contents(module: bytes) -> PageContents:
     """Brushes, ground and module; the strokes are specks, one for each brush, until a scene is dropped."""
     brushes = BrushSet.open(",".join(BRUSHES))
-    specks = _specks(len(brushes))
-    options = RenderOptions.of(brushes, underpaint=True, low_pass=0.3)
-    surface = linen(np.array(GROUND), height=HEIGHT, width=WIDTH)
-    painting = Painting((Coat("strokes", specks, brushes, options),), surface=surface)
-    camera = Camera.look_at(
-        (0, 0, -DISTANCE), (0, 0, 0), up=(0, -1, 0), width=WIDTH, height=HEIGHT, fov_y=DEFAULT_FOV_Y
-    )
-    view = PageView(np.array([0.0, -1.0, 0.0]), np.zeros(3), 1.0, False)
-    contents = page_contents(painting, camera, view=view, title=TITLE, command=("scene.ply", []))
-    draws = np.random.default_rng(0).random(NUM_DRAWS)
+    pages = {name: _page_of(Look.open(name).config, brushes) for name in LOOKS}
+    contents = pages[LOOKS[0]]
+    looks = {
+        name: {
+            "numbers": _numbers(Look.open(name).config),
+            "header": {key: page.header[key] for key in ("coats", "surface", "background", "lamp")},
+        }
+        for name, page in pages.items()
+    }
     painter = {
-        "numbers": [*_numbers(), *draws.tolist()],
+        "looks": looks,
+        "lamp": [degrees(angle) for angle in USUAL_LAMP],
         "sure": SURE,
         "strokes": STROKES,
         "mostBytes": MOST_BYTES,
@@ -97,11 +104,35 @@ def painter_contents(module: bytes) -> PageContents:
     return PageContents({**contents.header, "painter": painter}, arrays, contents.rows, contents.omitted)
 
 
-def _numbers() -> list[float]:
-    """`StrokeOptions` of the core from `finest`, in radii of the scene, up to the draws."""
+def _page_of(config: PaintConfig, brushes: BrushSet) -> PageContents:
+    """The contents of a page in a look, with specks for strokes."""
+    relief = open_relief(config.light)
+    options = RenderOptions.of(brushes, underpaint=True, low_pass=0.3, relief=relief)
+    is_plain = config.ground.ground == "none"
+    surface = None if is_plain else linen(np.array(GROUND), height=HEIGHT, width=WIDTH)
+    coat = Coat("strokes", _specks(len(brushes)), brushes, options)
+    painting = Painting((coat,), surface=surface, lamp=open_lamp(config.light, None))
+    camera = Camera.look_at(
+        (0, 0, -DISTANCE), (0, 0, 0), up=(0, -1, 0), width=WIDTH, height=HEIGHT, fov_y=DEFAULT_FOV_Y
+    )
+    view = PageView(np.array([0.0, -1.0, 0.0]), np.zeros(3), 1.0, False)
+    behind = (1.0, 1.0, 1.0) if is_plain else None
+    return page_contents(
+        painting, camera, view=view, title=TITLE, command=("scene.ply", []), background=behind
+    )
+
+
+def _numbers(config: PaintConfig) -> list[float]:
+    """Of `paint` of the module: `finest` is in radii of the scene."""
     shapes = [usual_finest(1.0), COLOR_WEIGHT, NUM_STEPS, GAIN, OVERLAP, DEFAULT_KEEP, STRENGTH]
+    lightness, light = config.strokes.broken_color, config.light
     matrices = np.stack([CONES_FROM_RGB, OKLAB_FROM_ROOTS, XYZ_OVER_WHITE])
-    return [*shapes, LIGHTNESS, CHROMA, *matrices.ravel().tolist()]
+    relief = open_relief(light) or Relief(0, 0)
+    return [
+        *(*shapes, lightness, lightness / LIGHTNESS * CHROMA, *matrices.ravel().tolist()),
+        *(config.strokes.economy, relief.thickness, relief.gain, relief.by_light),
+        *np.random.default_rng(0).random(NUM_DRAWS).tolist(),
+    ]
 
 
 def _specks(count: int) -> Gaussians:

@@ -20,6 +20,8 @@ from brushgs.outlets.painter import build
 from brushgs.outlets.painter.page import BRUSHES
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.reduce.worth import worth_keeping
+from brushgs.pipeline.look import open_relief
+from brushgs.rendering.light import Lamp
 from tests.first_view.scenes import about, moved, statue
 from tests.fuzz import corpus
 from tests.fuzz.mutate import mutate
@@ -50,6 +52,23 @@ def strokes_in(page):
     return {name: np.array(values).reshape(count, -1) for name, values in columns.items()}
 
 
+def picture_of(page, folder):
+    (folder / "page.png").write_bytes(base64.b64decode(page.evaluate(PICTURE)))
+    return read_image(folder / "page.png")
+
+
+def sharp_picture_of(page, folder):
+    """Of the first view, after the levels of all brushes were made."""
+    page.evaluate("""() => {
+      window.brushgs.isPaused = false;
+      window.brushgs.controls.jump(window.brushgs.controls.orbit.first);
+    }""")
+    page.wait_for_timeout(2000)
+    picture = picture_of(page, folder)
+    page.evaluate("window.brushgs.isPaused = true")
+    return picture
+
+
 def ask_for(page, count):
     page.evaluate(f"document.getElementById('dropCount').value = Math.log({count})")
 
@@ -61,7 +80,7 @@ def strokes_of_passes(path, count):
     merged = bg.cluster(kept, count)
     solid = bg.solidify(merged.take(worth_keeping(merged)) if len(kept) > count else merged)
     plain = bg.orient(solid, kept)
-    return gaussians, kept, plain, bg.break_colors(plain)
+    return gaussians, kept, plain, bg.break_colors(plain, follows=1)
 
 
 def compared(page, gaussians, plain, strokes):
@@ -148,10 +167,58 @@ def test_the_page_offers_its_brushes_and_shows_the_name_of_the_scene(painter, tm
     assert tuple(options[1:]) == BRUSHES
     assert "quince" in painter.evaluate("document.getElementById('painting').getAttribute('aria-label')")
     assert painter.evaluate("document.getElementById('drop').hidden")
-    (tmp_path / "page.png").write_bytes(base64.b64decode(painter.evaluate(PICTURE)))
-    picture = read_image(tmp_path / "page.png")[..., :3]
+    picture = picture_of(painter, tmp_path)[..., :3]
     middle = picture[60:-60, 80:-80]  # of linen alone all of it deviates by 0.02
     assert middle.std(axis=(0, 1)).max() > 0.05
+
+
+def test_paint_has_the_relief_of_oil_and_a_lamp_that_moves(painter, tmp_path):
+    bg.save(still_life_of(1000), tmp_path / "quince.ply")
+    ask_for(painter, NUM_STROKES)
+    dropped(painter, tmp_path / "quince.ply")
+    _, _, plain, _ = strokes_of_passes(tmp_path / "quince.ply", NUM_STROKES)
+    rows = coarse_to_fine(plain)
+    found = strokes_in(painter)
+    assert len(found["relief"]) == len(plain)  # none is too faint
+    sh = plain.sh.copy()
+    sh[rows] = found["sh"].reshape(sh.shape)  # broken color of the page
+    relief = open_relief(bg.Look.open("oil").config.light)
+    np.testing.assert_allclose(found["relief"], relief.of_strokes(replace(plain, sh=sh))[rows], rtol=1e-5)
+    before = painter.evaluate(PICTURE)
+    painter.evaluate("""() => {
+      document.getElementById("dropAround").value = 20;
+      document.getElementById("dropHeight").value = 30;
+      document.getElementById("dropHeight").dispatchEvent(new Event("input"));
+    }""")
+    lamp = painter.evaluate("window.brushgs.contents.header.lamp")
+    expected = Lamp(np.radians(20), np.radians(30))
+    np.testing.assert_allclose(lamp["direction"], expected.direction, atol=1e-12)
+    np.testing.assert_allclose(lamp["halfWay"], expected.half_way, atol=1e-12)
+    assert painter.evaluate("window.brushgs.contents.header.command.options")[-1] == "20,30"
+    assert painter.evaluate(PICTURE) != before
+
+
+def test_a_plain_painting_has_no_lamp_and_is_saved_as_a_page_of_its_own(painter, open_page, tmp_path):
+    bg.save(still_life_of(1000), tmp_path / "quince.ply")
+    dropped(painter, tmp_path / "quince.ply")
+    for look in ("plain", "oil"):
+        painter.select_option("#dropLook", look)
+        wait_until(painter, DONE)
+        assert (painter.evaluate("window.brushgs.contents.header.lamp") is None) == (look == "plain")
+        assert painter.evaluate("document.querySelector('.of-lamp').hidden") == (look == "plain")
+        with painter.expect_download() as download:
+            painter.evaluate("document.getElementById('dropSave').click()")
+        saved = tmp_path / f"{look}.html"
+        download.value.save_as(saved)
+        page = open_page(saved)
+        wait_until(page, "window.brushgs.firstPictureMs !== null")
+        page.evaluate("window.brushgs.controls.setTurning(false)")
+        assert page.title() == "quince"
+        assert page.evaluate("document.getElementById('dropFields')") is None
+        for name, values in strokes_in(painter).items():
+            np.testing.assert_array_equal(strokes_in(page)[name], values)
+        both = [sharp_picture_of(tab, tmp_path) for tab in (page, painter)]
+        np.testing.assert_allclose(*both, atol=1 / 255 + 1e-6)
 
 
 def test_up_turns_the_first_view(painter, tmp_path):
@@ -242,7 +309,7 @@ READ = """async (files) => {
         const { count, dropped } = await dropping._read((task, given) => maker.run(0, task, given), file);
         await maker.run(0, "up", {});
         await maker.run(0, "front", { level: [1, 0, 0, 0, 1, 0, 0, 0, 1] });
-        const { numbers } = dropping._blank.header.painter;
+        const { numbers } = dropping.look;
         const strokes = await maker.run(0, "paint", { strokes: 20, numbers });
         told.push([count, dropped, strokes.count]);
       } catch (error) {

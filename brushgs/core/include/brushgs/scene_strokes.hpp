@@ -31,6 +31,7 @@ struct StrokeOptions {
     double keep;               // share of the Gaussians that strokes are made of, at least; see prune.hpp
     double solid;              // strength of solid paint, see solid.hpp
     double lightness, chroma;  // of broken color, see broken_color.hpp
+    double follows;            // likewise
     const double *cones_from_rgb, *lab_from_roots;  // [3, 3] each, likewise
     const double* xyz_over_white;                   // [3, 3], see FormQuery
     const double* draws;                            // see Lloyd

@@ -55,7 +55,7 @@ class Canvas {
     this._image = image === undefined ? null : newImage(gl, header.arrays[image].shape, arrays[image]);
     this._picture = { width: 0, height: 0, x: 0, y: 0, target: null, ground: true, middle: 0 };
     this._place = { x: 0, y: 0, detail: false, below: null, belowDetail: null };
-    this._lamp = { direction: header.lamp?.direction, halfWay: header.lamp?.halfWay };
+    this._lamp = header.lamp ?? {}; // who changes it there moves the lamp of the next picture
     this._taps = { width: 0, height: 0, reach: 0, weights: new Float32Array(MOST_REACH + 1) };
     this._programs = programs;
     this._lays = coats.map((_, i) => this._layPrograms(this._plans[i]));

@@ -72,7 +72,11 @@ class Dropping {
     const byId = (id) => document.getElementById(id);
     [this._zone, this._progress, this._cancel, this._state] = ["drop", "dropShare", "dropCancel", "dropState"].map(byId);
     [this._count, this._countText, this._up] = ["dropCount", "dropCountText", "dropUp"].map(byId);
+    [this._look, this._around, this._height] = ["dropLook", "dropAround", "dropHeight"].map(byId);
+    const { looks, lamp } = this._blank.header.painter;
     this._up.replaceChildren(...UPS.map((up) => new Option(up)));
+    this._look.replaceChildren(...Object.keys(looks).map((name) => new Option(name)));
+    [this._around.value, this._height.value] = lamp;
     Object.assign(this._count, { min: Math.log(LEAST_STROKES), max: Math.log(MOST_STROKES), step: "any" });
     this._count.value = Math.log(this._blank.header.painter.strokes);
     this._showCount();
@@ -86,6 +90,11 @@ class Dropping {
     const count = Math.exp(this._count.value);
     const unit = 10 ** Math.floor(Math.log10(count) - 1);
     return Math.round(count / unit) * unit;
+  }
+
+  /** The look that is chosen: `numbers` for its strokes, and `header`, the keys that a page has of it. */
+  get look() {
+    return this._blank.header.painter.looks[this._look.value];
   }
 
   /** Read a file and paint it. Never throws: what goes wrong is said in the page. */
@@ -119,7 +128,7 @@ class Dropping {
   }
 
   async _paint(run) {
-    const { numbers } = this._blank.header.painter;
+    const { numbers } = this.look;
     await this._remember(run);
     this._say(`Painting ${this._file.name}: ${this._scene.count.toLocaleString("en")} Gaussians …`, true);
     this._strokes = await run("paint", { strokes: this.strokes, numbers });
@@ -177,6 +186,7 @@ class Dropping {
     Object.assign(view, await run("reach", { camera: view.camera }));
     this.app.replace(this._contents(view));
     document.getElementById("dropFields").hidden = false;
+    for (const field of document.querySelectorAll(".of-lamp")) field.hidden = !this.look.header.lamp;
   }
 
   /** The contents of a page with the strokes: those of the blank one, with other columns and another view. */
@@ -186,10 +196,37 @@ class Dropping {
     const names = Object.fromEntries(Object.keys(columns).map((name) => [name, `scene.${name}`]));
     const own = Object.fromEntries(Object.entries(columns).map(([name, values]) => [names[name], values]));
     const { antialiased } = this._scene;
-    const coat = { ...header.coats[0], count, shDegree, antialiased, arrays: names };
+    const look = this.look.header, lamp = look.lamp && { ...look.lamp, ...this._lamp() };
+    const coat = { ...look.coats[0], count, shDegree, antialiased, arrays: names };
     const title = this._file.name.replace(/\.[^.]*$/, "");
-    const command = { scene: this._file.name, options: ["--look", "plain", "--strokes", String(this.strokes)] };
-    return { header: { ...header, ...view, title, command, coats: [coat] }, arrays: { ...arrays, ...own } };
+    const words = ["--look", this._look.value, "--strokes", String(this.strokes)];
+    if (lamp) words.push("--lamp", `${this._around.value},${this._height.value}`);
+    const command = { scene: this._file.name, options: words };
+    const whole = { ...header, ...look, ...view, title, command, lamp, coats: [coat] };
+    return { header: whole, arrays: { ...arrays, ...own } };
+  }
+
+  /** The directions of the lamp that is chosen, on the canvas: `Lamp` of rendering/light.py. */
+  _lamp() {
+    const [azimuth, elevation] = [this._around, this._height].map((input) => (input.value * Math.PI) / 180);
+    const level = Math.cos(elevation), z = Math.sin(elevation);
+    const [x, y] = [Math.cos(azimuth) * level, Math.sin(azimuth) * level];
+    return { direction: [x, y, z], halfWay: normalized3([x, y, z + 1]) };
+  }
+
+  _moveLamp() {
+    const { header } = this.app.contents;
+    if (!header.lamp) return;
+    Object.assign(header.lamp, this._lamp());
+    Object.assign(header.command, this._contents({}).header.command);
+    this.app.invalidate();
+  }
+
+  /** Save the painting as a page of its own. */
+  async _save() {
+    const { app } = this, { title } = app.contents.header;
+    download(new Blob([await pageOf(app.contents, app.look.brush)], { type: "text/html" }), `${fileStem(title)}.html`);
+    app.panel.say("Page saved: anyone can open it in a browser");
   }
 
   /** Say how it goes, or what went wrong; "" says what to do. */
@@ -226,6 +263,9 @@ class Dropping {
     this._count.addEventListener("input", () => this._showCount());
     this._count.addEventListener("change", () => this._again());
     this._up.addEventListener("change", () => this._turnUp());
+    this._look.addEventListener("change", () => this._again());
+    for (const input of [this._around, this._height]) input.addEventListener("input", () => this._moveLamp());
+    document.getElementById("dropSave").addEventListener("click", () => this._save());
   }
 }
 
@@ -264,5 +304,5 @@ function firstView(camera, { origin, subject: { center, radius, half } }, horizo
 document.addEventListener("DOMContentLoaded", () => setTimeout(async () => {
   const app = window.brushgs;
   await app.ready;
-  if (app.panel) app.dropping = new Dropping(app); // else it has said why
+  if (app.panel && app.contents.header.painter) app.dropping = new Dropping(app); // else it has said why, or is a saved page
 }));

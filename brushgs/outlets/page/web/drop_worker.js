@@ -1,6 +1,6 @@
 // The worker of a painter page: moves bytes between the page and the module, which reads scenes and makes strokes.
 
-const COLUMNS = { means: 3, quats: 4, scales: 3, opacities: 1 }; // numbers a stroke; and sh
+const COLUMNS = { means: 3, quats: 4, scales: 3, opacities: 1, relief: 2 }; // numbers a stroke; and sh
 const NO_MEMORY = "the memory that the browser gives a page does not suffice for it; paint it with brushgs render";
 const NO_UNPACKING = "is compressed, which this browser cannot unpack; paint it with brushgs render";
 const DAMAGED = "cannot be decompressed; it is cut off or damaged: copy or download it again";
