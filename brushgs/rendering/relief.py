@@ -9,6 +9,7 @@ of their reference moment.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import exp, inf, log, sqrt
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -183,7 +184,7 @@ def keep_relief(moved: Gaussians, strokes: Gaussians) -> None:
         _at_rest[moved] = _at_rest.get(strokes, strokes)
 
 
-def _columns(gaussians: Gaussians) -> dict[str, Array]:
+def _columns(gaussians: Gaussians) -> dict[str, Any]:
     columns = {name: np.ascontiguousarray(getattr(gaussians, name)) for name in ("scales", "opacities", "sh")}
     return {**columns, "cones_from_rgb": CONES_FROM_RGB, "lab_from_roots": OKLAB_FROM_ROOTS}
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 ROUNDS = 3  # of smoothing
 LEAST_COLOR = 0.02  # pigments are never blacker; as in the core
 GRAIN_DEVIATION = 0.24  # of the grain of paper, as in the core
+VEIL = 0.2  # share of the paper that stays where an outline is lost, or the far side shows; as in the core
 ROOM = 0.06  # how far pigment runs beyond the strokes, over the diagonal
 SPILL = 4.0  # inverse of the coverage by strokes from which washes have full strength
 RIM = 0.005  # width over which pigment gathers at the rim of a wash, over the diagonal

@@ -7,18 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.rendering.space_noise import DEVIATION, PERSISTENCE, PRIMES, Anchor, rays_of
-from brushgs.rendering.wet_layer import GRAIN_DEVIATION, LEAST_COLOR, Key, Washes
+from brushgs.rendering.wet_layer import GRAIN_DEVIATION, LEAST_COLOR, PAPER, VEIL, Key, Washes
 from brushgs.values.arrays import F64, Array, smoothstep
 from brushgs.values.camera import Camera
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.hashing import GOLDEN_32, hash_32
 
-DEVIATION = 0.27  # of the noise of one octave
-PERSISTENCE = 0.6  # amplitude of an octave over that of the next coarser one
-PRIMES = 0x8DA6B343, 0xD8163841, 0xCB1AB31F
-LEAST_COLOR = 0.02  # pigments are never blacker
-VEIL = 0.2  # share of the paper that stays where an outline is lost: what lies far behind is still hidden
-GRAIN_DEVIATION = 0.24
 U32 = NDArray[np.uint32]
 
 
@@ -166,6 +160,7 @@ def mix_washes(
     share = share * kept if border is None else share * kept * border
     sums = (densities.reshape(*flow.shape, 3, 3) * factors[..., None]).sum(axis=-2)
     tints = np.exp(-np.clip(sums * share[..., None], 0, washes.most))
-    covered = 1 - (1 - smoothstep(2 * (alpha - 0.4)) * (VEIL + (1 - VEIL) * kept)) * tints.min(axis=-1)
+    cover = smoothstep((alpha - PAPER[0]) / PAPER[1]) * (VEIL + (1 - VEIL) * kept)
+    covered = 1 - (1 - cover) * tints.min(axis=-1)
     rgb = np.maximum(tints - 1 + covered[..., None], 0)
     return np.asarray(rgb if paper is None else rgb * paper), np.asarray(covered)

@@ -81,6 +81,8 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "WET_SPILL": wet_layer.SPILL,
         "WET_RIM": wet_layer.RIM,
         "WET_LOSS": wet_layer.LOSS,
+        "WET_PAPER": wet_layer.PAPER,
+        "WET_VEIL": wet_layer.VEIL,
         "WET_NEARBY": wet_layer.NEARBY,
         "WET_THICK": (wet_layer.THIN, wet_layer.THICK),
         "WET_SIDED": wet_layer.SIDED,

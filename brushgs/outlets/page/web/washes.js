@@ -76,22 +76,31 @@ function wetLayer({ key, washes, smoothing, isRoom, towards }, size, colors, alp
   });
   const [first, range, noiseShare, focusShare] = washes.lost;
   const lamp = towards ? [0, 4].map((row) => dot3(viewmat.subarray(row), towards)) : SHARED.WET_FROM_ABOVE;
-  const soft = isRoom ? null : losable(alpha, size, lamp);
-  const strength = isRoom ? raggedBorder(size) : filled(new Float32Array(count), (i) => {
+  const cover = alpha.map(underPaper);
+  if (isRoom) return { densities, tones, focus, strength: raggedBorder(size), cover };
+  const soft = losable(cover, size, lamp), strength = alpha.map((value) => smoothed(WET_SPILL * value));
+  for (let i = 0; i < count; i++) {
     const score = Math.exp(-tones[i]) + noiseShare * slow[i] - focusShare * focus[i];
-    const lost = smoothed((score - first) / range) * (1 - smoothed(2 * soft[i] - 1));
-    return smoothed(WET_SPILL * alpha[i]) * (1 - lost);
-  });
-  return { densities, tones, focus, strength, cover: alpha.map((value) => smoothed(2 * (value - 0.4))) };
+    const kept = 1 - smoothed((score - first) / range) * (1 - smoothed(2 * soft[i] - 1));
+    strength[i] *= kept;
+    cover[i] *= SHARED.WET_VEIL + (1 - SHARED.WET_VEIL) * kept;
+  }
+  return { densities, tones, focus, strength, cover };
+}
+
+/** How much of what lies below paper hides, by the coverage by strokes. */
+function underPaper(alpha) {
+  const [least, range] = SHARED.WET_PAPER;
+  return smoothed((alpha - least) / range);
 }
 
 /** 0.5 at outlines that may be lost to 1 where none is, of thin parts only the side of a lamp: `_losable`. */
-function losable(alpha, size, [right, down]) {
+function losable(solid, size, [right, down]) {
   const { width, height, diagonal } = size, nearby = SHARED.WET_NEARBY, [thin, whole] = SHARED.WET_THICK;
   const sided = SHARED.WET_SIDED, [base, rate] = SHARED.WET_LIT, gain = rate * sided * WET_LOSS * diagonal;
   const blurred = (plane, wide) => smoothPlanes(plane.slice(), 1, size, wide * WET_LOSS * diagonal);
-  const soft = blurred(alpha, 1), covered = blurred(alpha, nearby), beside = blurred(alpha, sided);
-  const inside = blurred(soft.map((one, i) => one * alpha[i]), nearby);
+  const soft = blurred(solid, 1), covered = blurred(solid, nearby), beside = blurred(solid, sided);
+  const inside = blurred(soft.map((one, i) => one * solid[i]), nearby);
   return soft.map((one, i) => {
     const thick = smoothed((inside[i] / Math.max(covered[i], 1e-6) - thin) / (whole - thin));
     const x = i % width, y = (i - x) / width, row = i - x;
