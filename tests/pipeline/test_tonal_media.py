@@ -5,10 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from brushgs.options.where import Where, WhereConfig
 from brushgs.outlets.glb.write import omitted
 from brushgs.passes.add.tonal_view import TonalView
+from brushgs.pipeline.media.flecks import without_flecks
 from brushgs.pipeline.media.ink import lightness_in_space
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
@@ -66,14 +68,43 @@ def test_a_part_in_ink_is_painted_over_the_rest_as_it_is():
     assert ground.tolerance == config.media.behind
 
 
+def test_a_still_in_ink_has_fewer_flecks_and_a_film_all_of_its_marks(monkeypatch):
+    seen = []
+
+    def remembered(materials, behind, drawn):
+        seen[:] = materials, behind, drawn
+        return behind, drawn
+
+    monkeypatch.setattr("brushgs.pipeline.steps.laying.cleared", remembered)
+    prepared("ink")
+    materials, behind, drawn = seen
+    cleared_behind, cleared_drawn = without_flecks(materials, behind, drawn)
+    camera = materials.sight.cameras[0]
+
+    def areas(coats):
+        """px of flecks, of less than 48 at 960 x 540, and of all other ink."""
+        frame = Painting.alone(coats).frame(camera)
+        is_ink = luminance(frame) + 1 - frame.alpha < 0.5
+        sizes = np.bincount(ndimage.label(is_ink, np.ones((3, 3)))[0].ravel())[1:]
+        is_fleck = sizes < 48 * camera.width * camera.height / (960 * 540)
+        return sizes[is_fleck].sum(), sizes[~is_fleck].sum()
+
+    flecks, ink = areas((*behind, *drawn))
+    fewer, rest = areas((*cleared_behind, *cleared_drawn))
+    assert flecks > 0
+    assert fewer < 0.5 * flecks
+    assert rest > 0.97 * ink
+    assert [len(coat.strokes) for coat in cleared_drawn] == [len(coat.strokes) for coat in drawn]
+    film = replace(materials, sight=replace(materials.sight, is_film=True))
+    assert without_flecks(film, behind, drawn) == (behind, drawn)
+
+
 def test_ink_is_black_and_white_with_a_sixth_of_solid_black(paintings):
     ground = coats(paintings["ink"])["ground"]
     laid = replace(paintings["ink"], coats=(ground,), surface=None).with_depth(True).frame(CAMERA)
     is_covered = laid.alpha > 0.5
     is_black = (luminance(laid) < 0.4) & is_covered
     assert 0.12 < is_black.sum() / is_covered.sum() < 0.22
-    from scipy import ndimage
-
     labels, count = ndimage.label(is_black)
     assert 0 < count <= 25
     assert np.bincount(labels.ravel())[1:].min() >= 0.8 * 140 / 4, "a picture of half the width"
