@@ -85,7 +85,8 @@ def _estimate(
     from brushgs.options.painting import DEFAULT_SIZE
     from brushgs.pipeline.clip import Clip
     from brushgs.pipeline.estimate import estimate, strokes_of
-    from brushgs.pipeline.strips import MOST_PIXELS, OF_WHOLE
+    from brushgs.pipeline.look import MOST_PIXELS
+    from brushgs.pipeline.strips import OF_WHOLE
 
     views, source = job.inputs["views"], job.inputs["source"]
     num_frames = len(source.film().times) if isinstance(source, Clip) else 1

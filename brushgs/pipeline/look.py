@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 BOUGHT = {"canvas": "#dccfb8", "paper": "#f7f3ea"}  # untoned grounds
 BY_LIGHT = 2.0  # ratio of `Relief.by_light` to the strength of the key light
 LINE_BRUSH = "line"
-MOST_PIXELS = 1 << 25  # of a ground that is made at once: 640 MB; 7680 x 4320 and a little more
-PROOF_SIDE = 4096  # pixels, of the ground of a larger picture, for its mean color
+MOST_PIXELS = 1 << 24  # of a picture in one piece: 5120 x 2880 and a little more, some 2 GB
+PROOF_SIDE = 1024  # pixels, of the ground of a larger picture, for its mean color
 
 
 def open_relief(

@@ -11,6 +11,7 @@ from brushgs.core.memory import machine_memory
 from brushgs.formats.pictures.oiio import Strips
 from brushgs.options.memory_size import memory_words
 from brushgs.pipeline.drawing import project_coat, warn_if_blank
+from brushgs.pipeline.look import MOST_PIXELS
 from brushgs.pipeline.media.materials import BACKDROP, CUT_IN
 from brushgs.pipeline.report import Report
 from brushgs.values.camera import Camera
@@ -20,10 +21,10 @@ from brushgs.values.part import TILE, Part
 if TYPE_CHECKING:
     from brushgs.rendering.canvas import Painting
 
-MOST_PIXELS = 1 << 24  # of a picture in one piece: 5120 x 2880 and a little more, some 2 GB
 UNCHECKED = 1 << 25  # pixels of a picture in one piece that is tried on any machine
 OF_WHOLE = ("watercolour", "ink")  # media whose washes and blacks need the whole picture
-STRIP_PIXELS = 1 << 23  # with some 100 bytes each while it is painted
+STRIP_PIXELS = 1 << 22  # with some 100 bytes each while it is painted
+LEAST_ROWS = 4  # of a strip, relative to the rows that are painted beside each of its borders
 # Bytes that a pixel of a picture in one piece takes: of oil 100, of ink 120, of washes 220.
 BYTES, BYTES_OF_WHOLE = 120, 220
 
@@ -69,7 +70,8 @@ def strips(
     among = len(painting.coats)
     laid = [(coat, project_coat(coat, camera, report, advice=advice, among=among)) for coat in painting.coats]
     whole = painting.part or Part.whole(camera.width, camera.height)
-    rows = max(STRIP_PIXELS // whole.width // TILE[1] * TILE[1], TILE[1])
+    margin = painting.reach(camera) or 0  # painted as well at both borders of a strip
+    rows = max(STRIP_PIXELS // whole.width, LEAST_ROWS * margin) // TILE[1] * TILE[1] or TILE[1]
     parts = [
         Part(whole.left, top, whole.width, min(rows, whole.rows.stop - top))
         for top in range(whole.top, whole.rows.stop, rows)
