@@ -22,9 +22,7 @@ _MAX_HEADER = 1 << 20  # bytes of a PLY header, as in `ply_header`
 _PIECE = 1 << 14  # bytes of a header read at a time; headers by trainers have 2 KiB
 _PICKLES = b"\x80\x02\x8a\nl\xfc\x9cF", b"\x80\x02}", b"\x80\x04\x95", b"\x80\x05\x95"
 PICKLE_SUFFIXES = ".pth", ".pt", ".ckpt", ".pkl", ".pickle"
-COLMAP_FILES = tuple(
-    stem + suffix for stem in ("cameras", "images", "points3D") for suffix in (".bin", ".txt")
-)
+MODEL_FOLDERS = ("", "sparse/0/", "sparse/", "colmap/sparse/0/", "0/")  # of COLMAP, in that of a capture
 SPLAT_ROW_SIZE = 32  # position and scales as float32; red, green, blue, opacity and w, x, y, z as bytes
 _ROW = struct.Struct("<6f4B4B")
 _MIN_ROWS = 8  # fewer may be plausible by chance
@@ -184,11 +182,6 @@ def is_zip_with(name: str, *suffixes: str) -> Matcher:
             return False
 
     return matches
-
-
-def is_colmap(path: Path, begin: bytes) -> bool:
-    """Match any folder, and the files of a COLMAP model by their names."""
-    return path.name in COLMAP_FILES or is_dir(path)
 
 
 def is_ply_with(*names: str) -> Matcher:

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from brushgs.errors import SceneError
 from brushgs.formats.files import find_within, open_plain
 from brushgs.formats.schema import MAX_BYTES, SMALL_OBJECT, as_count, decode, shown
-from brushgs.values.arrays import F64
+from brushgs.values.arrays import F32, F64
 from brushgs.values.quats import rotation_matrices
 from brushgs.version import __version__
 
@@ -257,7 +257,7 @@ class GltfArray:
         is_integer = values.dtype.kind in "iu"
         self._divisor = np.float32(np.iinfo(values.dtype).max) if is_integer and is_normalized else None
 
-    def read(self, start: int, stop: int) -> NDArray[np.float32]:
+    def read(self, start: int, stop: int) -> F32:
         """Rows as float32; normalized integers become 0 to 1 or -1 to 1."""
         rows = self.values[start:stop].astype(np.float32)
         if self._divisor is not None:

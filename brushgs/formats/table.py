@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from brushgs.formats.format import (
+    MODEL_FOLDERS,
     PICKLE_SUFFIXES,
     Format,
     VideoCodec,
@@ -17,7 +18,6 @@ from brushgs.formats.format import (
     begins_with,
     has_suffix,
     holds,
-    is_colmap,
     is_json_with,
     is_ksplat,
     is_pickle,
@@ -140,8 +140,10 @@ _CAMERAS = (
     Format("USD (.usd, .usda, .usdc, .usdz; needs the package usd-core)", "camera",
         (".usda", ".usd", ".usdc", ".usdz"), has_suffix(".usd", ".usda", ".usdc", ".usdz"),
         read="cameras.usd:read", file="cameras.usda"),
-    Format("a COLMAP sparse model", "camera", (".bin", ".txt"), is_colmap, read="cameras.colmap:read",
-        file="images.bin"),
+    Format("a COLMAP sparse model", "camera", (".bin", ".txt"),
+        holds(*(f"{folder}{stem}{suffix}" for folder in MODEL_FOLDERS
+            for stem in ("cameras", "images", "points3D") for suffix in (".bin", ".txt"))),
+        read="cameras.colmap:read", file="images.bin"),
     Format("a PLY scene predicted from a photograph", "camera", (".ply",), has_suffix(".ply"),
         read="cameras.photograph:read", file="scene.ply"),
     *(Format(name, "camera", (suffix,), has_suffix(suffix), cure=_CAMERA_CURE) for name, suffix in (

@@ -5,7 +5,6 @@ import os
 import tempfile
 import warnings
 from collections.abc import Callable, Iterable
-from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 
@@ -13,8 +12,15 @@ from brushgs.brushes.brush_set import paths_of
 from brushgs.brushes.texture import brush_of_style
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.files import exists, is_dir, is_plain, open_plain
-from brushgs.formats.pictures.encoding import choose_encoding
-from brushgs.formats.registry import PICTURE_SUFFIXES, holds_depth, is_drawing, is_layered, is_written
+from brushgs.formats.pictures.encoding import check_encoder, choose_encoding
+from brushgs.formats.registry import (
+    PICTURE_SUFFIXES,
+    find_written,
+    holds_depth,
+    is_drawing,
+    is_layered,
+    is_written,
+)
 from brushgs.options.output import OutputConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
@@ -135,9 +141,8 @@ def check_encoding(path: Path, config: PaintConfig) -> None:
             cure = path.with_suffix(".exr" if given[0] in ("layers", "deep", "colorspace") else ".png")
             holds = "paths, not pixels" if is_drawing(path) else "its own layers, of 8 bits"
             raise ValueError(f"{given[0]} must be omitted for {path.name}, which holds {holds}; write {cure}")
-        if path.suffix.lower() == ".psd" and find_spec("psd_tools") is None:
-            install = "pip install 'brushgs[psd]'"
-            raise ValueError(f"{path.name} needs the package psd-tools; {install}, or write .ora")
+        if (layered := find_written("layered", path)) is not None:
+            check_encoder(path, layered)
         return
     _check_colorspace(path, output)
     choose_encoding(path, codec=output.codec, bits=output.bits, transparent=transparent)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.values.arrays import Array, check
+from brushgs.values.arrays import U8, Array, check
 from brushgs.values.columns import RowChoice, check_finite, check_rows, freeze_columns, take_rows
 
 # Layers of a frame beside its color: field of `Frame` -> column of `Boxes`, [M] or [M, channels]. A layer is
@@ -61,7 +61,7 @@ class Boxes:
     ids: NDArray[np.int32]  # [M]
     softness: Array | None = None  # [M]
     setbacks: Array | None = None  # [M]
-    brushes: NDArray[np.uint8] | None = None  # [M]
+    brushes: U8 | None = None  # [M]
     reliefs: Array | None = None  # [M, 2]
 
     def __post_init__(self) -> None:

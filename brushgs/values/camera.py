@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 from math import radians
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from brushgs.values.arrays import check
+from brushgs.values.arrays import F64, check
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,18 +35,18 @@ class FirstView:
         photograph: from which the scene was predicted; None for other scenes.
     """
 
-    points: NDArray[np.float64]
-    up: NDArray[np.float64]
+    points: F64
+    up: F64
     azimuth: float
     elevation: float
-    eye: NDArray[np.float64] | None = None
+    eye: F64 | None = None
     has_surroundings: bool = False
     probability: float | None = None
     ups: tuple[tuple[str, float], ...] = ()
     front: float = 0.0
     is_front_sure: bool = True
-    whole: NDArray[np.float64] | None = None
-    stood: NDArray[np.float64] | None = None
+    whole: F64 | None = None
+    stood: F64 | None = None
     photograph: "Photograph | None" = None
 
 
@@ -61,7 +61,7 @@ class Photograph:
     """
 
     camera: "Camera"
-    pivot: NDArray[np.float64]
+    pivot: F64
     cone: float
 
 
@@ -80,8 +80,8 @@ class Camera:
         ValueError: if a shape or value breaks the rules above.
     """
 
-    viewmat: NDArray[np.float64]  # [4, 4]
-    K: NDArray[np.float64]  # [3, 3]
+    viewmat: F64  # [4, 4]
+    K: F64  # [3, 3]
     width: int
     height: int
     near: float = 0.01
@@ -170,7 +170,7 @@ class Camera:
         return f"Camera({self.width}x{self.height}, {fov:.4g} degrees high, at {x:.4g}, {y:.4g}, {z:.4g})"
 
     @property
-    def position(self) -> NDArray[np.float64]:
+    def position(self) -> F64:
         """[3] camera center in world units."""
         return np.asarray(-self.viewmat[:3, :3].T @ self.viewmat[:3, 3])
 

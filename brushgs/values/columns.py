@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-RowChoice = NDArray[np.integer[Any]] | NDArray[np.bool_] | Sequence[int] | Sequence[bool] | slice
+from brushgs.values.arrays import Mask
+
+RowChoice = NDArray[np.integer[Any]] | Mask | Sequence[int] | Sequence[bool] | slice
 Integers = Mapping[str, type[np.integer[Any]]]  # integer columns -> their dtypes
 NOT_COLUMNS = (bool, float | None)  # types of fields that hold one value for all rows
 
@@ -134,7 +136,7 @@ def check_finite(where: str, value: Any) -> None:
         check_rows(where, name, "be finite", ~np.isfinite(column).reshape(len(column), -1).all(axis=1))
 
 
-def check_rows(where: str, name: str, rule: str, is_bad: NDArray[np.bool_]) -> None:
+def check_rows(where: str, name: str, rule: str, is_bad: Mask) -> None:
     """Raise ValueError with the number of rows that break the rule and the first of them."""
     if is_bad.any():
         num_bad, first = np.count_nonzero(is_bad), np.argmax(is_bad)

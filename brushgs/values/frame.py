@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from brushgs.core.threads import num_threads_or_default
-from brushgs.values.arrays import Array
+from brushgs.values.arrays import U8, Array
 from brushgs.values.colors import rgb_of
 from brushgs.values.layers import DeepSamples, Layer, Matte
 from brushgs.values.part import Part
@@ -162,7 +162,7 @@ class Frame:
         """
         return np.asarray(self.rgb + (1 - self.alpha[..., None]) * self._behind(background))
 
-    def bytes_over(self, background: Sequence[float] | Array | str) -> NDArray[np.uint8]:
+    def bytes_over(self, background: Sequence[float] | Array | str) -> U8:
         """The picture on a background as uint8 [H, W, 3]: `over`, clipped and rounded.
 
         One pass over memory: bit-identical to rounding the result of `over`, in a sixth of the time.

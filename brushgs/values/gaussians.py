@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.values.arrays import Array, check
+from brushgs.values.arrays import U8, Array, check
 from brushgs.values.columns import RowChoice, check_finite, check_rows, freeze_columns, take_rows
 
 SH_TERMS = {1: 0, 4: 1, 9: 2, 16: 3}  # number of spherical-harmonic terms -> degree
@@ -78,9 +78,9 @@ class Gaussians:
     opacities: Array  # [N]
     sh: Array  # [N, k, 3]
     antialiased: bool = field(default=False, kw_only=True)
-    brushes: NDArray[np.uint8] | None = field(default=None, kw_only=True)  # [N]
+    brushes: U8 | None = field(default=None, kw_only=True)  # [N]
     ids: NDArray[np.int32] | None = field(default=None, kw_only=True)  # [N]
-    regions: NDArray[np.uint8] | None = field(default=None, kw_only=True)  # [N]
+    regions: U8 | None = field(default=None, kw_only=True)  # [N]
     finest: float | None = field(default=None, kw_only=True)
 
     def __post_init__(self) -> None:

@@ -6,7 +6,7 @@ The 32-bit hash can be reproduced in shaders and in JavaScript.
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.values.arrays import F64
+from brushgs.values.arrays import F32, F64, U32
 
 GOLDEN = 0x9E3779B97F4A7C15  # 2^64 / golden ratio: its multiples are evenly distributed modulo 2^64
 GOLDEN_32 = 0x9E3779B1  # a prime close to 2^32 / golden ratio
@@ -22,7 +22,7 @@ def uniform(states: NDArray[np.uint64]) -> F64:
     return np.asarray(((bits ^ (bits >> np.uint64(31))) >> np.uint64(11)) * 2.0**-53)
 
 
-def hash_32(states: NDArray[np.uint32]) -> NDArray[np.uint32]:
+def hash_32(states: U32) -> U32:
     """Hash 32-bit states of any shape; nearby states are decorrelated.
 
     Source: lowbias32 of hash-prospector (Wellons 2018).
@@ -34,7 +34,7 @@ def hash_32(states: NDArray[np.uint32]) -> NDArray[np.uint32]:
     return bits
 
 
-def lattice(stream: int, *axes: NDArray[np.uint32]) -> NDArray[np.float32]:
+def lattice(stream: int, *axes: U32) -> F32:
     """Uniform numbers in [-1, 1) on a lattice, from the indices of its points along each axis.
 
     Multiples of 2^-23: with h the stream, h = `hash_32`(h + index x `GOLDEN_32`) for each axis, the last one

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgs.values.arrays import F32, Array, check
+from brushgs.values.arrays import F32, U32, Array, check
 from brushgs.values.part import Part
 
 
@@ -53,7 +53,7 @@ class DeepSamples:
     colors: F32  # [S, 3]
     alphas: F32  # [S]
     depths: F32  # [S]
-    ids: NDArray[np.uint32]  # [S]
+    ids: U32  # [S]
     height: int
     width: int
 

@@ -4,17 +4,16 @@ q and -q are the same rotation; quaternions may have any length above zero and a
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-from brushgs.values.arrays import Array
+from brushgs.values.arrays import F64, Array
 
 
-def normalized(quats: Array) -> NDArray[np.float64]:
+def normalized(quats: Array) -> F64:
     """Quaternions [N, 4] of any length above zero, scaled to length 1, float64."""
     return np.ascontiguousarray(_unit_columns(quats).T)
 
 
-def rotation_matrices(quats: Array) -> NDArray[np.float64]:
+def rotation_matrices(quats: Array) -> F64:
     """[N, 3, 3] rotation matrices of quaternions [N, 4]: columns are the rotated axes."""
     w, x, y, z = _unit_columns(quats)
     R = np.empty((len(quats), 3, 3))
@@ -24,12 +23,12 @@ def rotation_matrices(quats: Array) -> NDArray[np.float64]:
     return R
 
 
-def shortest_axes(quats: Array, scales: Array) -> NDArray[np.float64]:
+def shortest_axes(quats: Array, scales: Array) -> F64:
     """[N, 3] unit vectors along the shortest axis of Gaussians, the normal of flat ones; of either sign."""
     return rotation_matrices(quats)[np.arange(len(quats)), :, scales.argmin(axis=1)]
 
 
-def _unit_columns(quats: Array) -> NDArray[np.float64]:
+def _unit_columns(quats: Array) -> F64:
     """[4, N] w, x, y, z of quaternions [N, 4], scaled to length 1: NumPy is slow along short rows."""
     columns = np.array(quats.T, dtype=np.float64, order="C")
     columns /= np.abs(columns).max(axis=0)  # first, so that no square overflows
@@ -37,7 +36,7 @@ def _unit_columns(quats: Array) -> NDArray[np.float64]:
     return columns
 
 
-def quats_of(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
+def quats_of(rotations: F64) -> F64:
     """[N, 4] unit quaternions of rotation matrices [N, 3, 3].
 
     Each of four formulas divides by one component; for precision, the largest is used.
@@ -49,7 +48,7 @@ def quats_of(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(quats / np.linalg.norm(quats, axis=1, keepdims=True))
 
 
-def turn_forms(matrices: NDArray[np.float64], plus: float = 0.0) -> NDArray[np.float64]:
+def turn_forms(matrices: F64, plus: float = 0.0) -> F64:
     """[N, 4, 4] symmetric forms F of matrices M [N, 3, 3]: q F q is the trace of R(q)^T M for unit q.
 
     With M = sum of y x^T, the q that maximises q F q is the rotation that best maps points x to y. `plus` is
@@ -69,7 +68,7 @@ def turn_forms(matrices: NDArray[np.float64], plus: float = 0.0) -> NDArray[np.f
     return np.ascontiguousarray(np.array(rows).transpose(2, 0, 1))
 
 
-def twists(quats: Array, axes: Array) -> NDArray[np.float64]:
+def twists(quats: Array, axes: Array) -> F64:
     """[n] twist angles of rotations [n, 4] about unit axes [n, 3], radians, -pi to pi (swing-twist
     decomposition).
 
@@ -79,12 +78,12 @@ def twists(quats: Array, axes: Array) -> NDArray[np.float64]:
     return np.asarray(2 * np.arctan2(np.where(quats[:, 0] < 0, -along, along), np.abs(quats[:, 0])))
 
 
-def conjugates(quats: Array) -> NDArray[np.float64]:
+def conjugates(quats: Array) -> F64:
     """[n, 4] inverses of unit quaternions [n, 4]."""
     return np.asarray(quats * (1.0, -1.0, -1.0, -1.0))
 
 
-def quat_products(first: Array, second: Array) -> NDArray[np.float64]:
+def quat_products(first: Array, second: Array) -> F64:
     """[N, 4] Hamilton products: the rotation `second`, then `first`. Lengths multiply."""
     a, b, c, d = np.moveaxis(first.astype(np.float64), -1, 0)
     w, x, y, z = np.moveaxis(second.astype(np.float64), -1, 0)

@@ -10,9 +10,9 @@ from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from brushgs.values.arrays import Array
+from brushgs.values.arrays import F64, Array
 from brushgs.values.gaussians import Gaussians
 
 C0 = 0.28209479177387814  # 1 / (2 sqrt(pi)): the view-independent basis function
@@ -22,7 +22,7 @@ _ROWS_AT_A_TIME = 4096  # a used band usually shows within the first rows
 _used_degrees: WeakKeyDictionary[Gaussians, int] = WeakKeyDictionary()
 
 
-def sh_basis(directions: Array, degree: int) -> NDArray[np.float64]:
+def sh_basis(directions: Array, degree: int) -> F64:
     """The (degree + 1)^2 basis functions, evaluated in given directions.
 
     Args:
@@ -55,7 +55,7 @@ def sh_basis(directions: Array, degree: int) -> NDArray[np.float64]:
     return np.stack(terms[: (degree + 1) ** 2], axis=1)
 
 
-def sh_rotation(matrix: Array, degree: int) -> NDArray[np.float64]:
+def sh_rotation(matrix: Array, degree: int) -> F64:
     """Matrix that transforms coefficients when a scene is rotated or mirrored.
 
     A rotated Gaussian has in direction R d the color that it had in d. Each degree is closed under rotation,
@@ -83,7 +83,7 @@ def sh_rotation(matrix: Array, degree: int) -> NDArray[np.float64]:
     return found
 
 
-def base_colors(sh: Array) -> NDArray[np.float64]:
+def base_colors(sh: Array) -> F64:
     """The color without its view-dependent part, clipped to the display range: clamp(0.5 + C0 sh_0, 0, 1).
 
     Args:

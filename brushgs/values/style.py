@@ -182,7 +182,7 @@ class StyleMarks:
     broken_chroma: float = 0.0
     ground: F64 | None = None
     relief: float = 0.0
-    brushes: tuple[NDArray[np.uint8], ...] = ()
+    brushes: tuple[U8, ...] = ()
     coherent: MarkSpectrum | None = None
     incoherent: MarkSpectrum | None = None
     dictionary: MarkDictionary | None = None

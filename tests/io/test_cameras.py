@@ -95,7 +95,7 @@ def test_distortion_is_ignored_with_one_warning(tmp_path, model):
 
 
 def test_what_is_no_file_of_cameras_is_refused(tmp_path):
-    with pytest.raises(SceneError, match="is a folder without a COLMAP model"):
+    with pytest.raises(SceneError, match="is a folder without cameras; give"):
         load_cameras(tmp_path)
     for content in (b"{", b"\xff\xfe", b"[" * 100_000):
         sentence = r"is not JSON .*; give cameras\.json .* a COLMAP sparse model or a PLY scene"

@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 from brushgs import cli
+from brushgs.formats.pictures import encoding
 from brushgs.formats.pictures.images import write_frame
 from brushgs.formats.pictures.layered import write_ora, write_psd
 from brushgs.options.look import Look
@@ -102,8 +103,8 @@ def test_a_photoshop_file_has_the_same_layers(still_life):
 
 
 def test_a_photoshop_file_needs_its_package(monkeypatch):
-    monkeypatch.setattr(outputs, "find_spec", lambda name: None)
-    with pytest.raises(ValueError, match=r"a\.psd needs the package psd-tools; pip install 'brushgs\[psd\]'"):
+    monkeypatch.setattr(encoding, "find_spec", lambda name: None)
+    with pytest.raises(ValueError, match=r"a\.psd: Photoshop files need psd-tools; pip install"):
         outputs.check_encoding(Path("a.psd"), PaintConfig())
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from brushgs.errors import SceneError
 from brushgs.formats.cameras.read import CameraFile, camera_of, warn_of_distortion
 from brushgs.formats.files import open_plain
+from brushgs.formats.format import MODEL_FOLDERS
 from brushgs.values.camera import Camera
 from brushgs.values.quats import rotation_matrices
 
@@ -39,7 +40,6 @@ MODELS: list[tuple[str, str | None]] = [
 ]
 _PARAMETERS = dict(MODELS)
 _SUFFIXES = (".bin", ".txt")  # if a folder has both, the binary files are read, as COLMAP does
-_MODEL_FOLDERS = ("", "sparse/0", "sparse", "colmap/sparse/0", "0")  # searched in the folder of a capture
 
 _COUNT = struct.Struct("<Q")
 _CAMERA = struct.Struct("<iiQQ")  # id, model, width, height; then the parameters
@@ -109,7 +109,7 @@ def _find(path: Path) -> tuple[Path, Path]:
             raise SceneError(path, "there is no such file; check the path")
         places = [(path.parent, path.suffix)]
     else:
-        places = [(path / place, suffix) for place in _MODEL_FOLDERS for suffix in _SUFFIXES]
+        places = [(path / place, suffix) for place in MODEL_FOLDERS for suffix in _SUFFIXES]
     pairs = [(folder / f"cameras{suffix}", folder / f"images{suffix}") for folder, suffix in places]
     for pair in pairs:
         if pair[0].exists() and pair[1].exists():

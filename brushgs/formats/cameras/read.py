@@ -124,6 +124,8 @@ def _identify(path: Path) -> tuple[Format, bytes | None]:
             raise SceneError(path, f"is {by_path.name}, which is not read; {by_path.cure}")
         return by_path, None
     cure = f"give {CAMERAS_READ}"
+    if is_dir(path):
+        raise SceneError(path, f"is a folder without cameras; {cure}")
     content = read_whole(path, MAX_BYTES)
     check_memory(path, content)
     try:

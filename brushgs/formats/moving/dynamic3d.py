@@ -21,7 +21,6 @@ from typing import Any
 
 import numpy as np
 from numpy.lib import format as npy
-from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, read_exactly
@@ -29,7 +28,7 @@ from brushgs.formats.moving.formula import NOMINAL_RATE
 from brushgs.formats.moving.kept import Kept, Moments, keep_rows
 from brushgs.formats.scenes.columns import STANDARD, Columns
 from brushgs.formats.zip_file import open_member, open_zip
-from brushgs.values.arrays import F32
+from brushgs.values.arrays import F32, Array
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
 from brushgs.values.notes import LoadNotes
@@ -57,7 +56,7 @@ class StoredArray:
     dtype: np.dtype[Any]  # of the array
     start: int  # offset of its first byte in the file
     # memory map of a temporary file, deleted with the map; None for an array read from the archive itself
-    unpacked: NDArray[np.floating[Any]] | None = None
+    unpacked: Array | None = None
 
     def read(self, index: int | None = None) -> F32:
         """The whole array, or one entry of its first axis. Raises SceneError if the file became shorter."""
@@ -70,7 +69,7 @@ class StoredArray:
         return _float32(values)
 
 
-def _float32(values: NDArray[np.floating[Any]]) -> F32:
+def _float32(values: Array) -> F32:
     with np.errstate(over="ignore", invalid="ignore"):
         return np.array(values, np.float32)
 
@@ -144,9 +143,7 @@ def _start_of(path: Path, member: zipfile.ZipInfo, name: str) -> int:
     raise SceneError(path, f"its array {name!r} is cut off; download or copy it again")
 
 
-def _unpacked(
-    path: Path, file: Any, member: zipfile.ZipInfo, name: str, dtype: np.dtype[Any]
-) -> NDArray[np.floating[Any]]:
+def _unpacked(path: Path, file: Any, member: zipfile.ZipInfo, name: str, dtype: np.dtype[Any]) -> Array:
     """Decompress the rest of a member to a temporary file, as a memory map."""
     if member.file_size > _MAX_GROWTH * member.compress_size + _SMALL:
         fact = f"its array {name!r} would grow from {member.compress_size} to {member.file_size} bytes"

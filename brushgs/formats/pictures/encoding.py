@@ -33,16 +33,17 @@ class Encoding:
     has_alpha: bool  # whether alpha is stored
 
 
-def check_encoder(path: str | Path, row: Format) -> None:
-    """Raise ValueError if the package that encodes a video or an AVIF picture is not installed.
+_NEEDS = {
+    "video": f"films need PyAV; {INSTALL_PYAV}, or write numbered frames, such as %04d.png",
+    "picture": f"AVIF pictures need PyAV; {INSTALL_PYAV}, or write a .png",
+    "layered": "Photoshop files need psd-tools; pip install 'brushgs[psd]', or write .ora",
+}
 
-    Called before any work starts.
-    """
+
+def check_encoder(path: str | Path, row: Format) -> None:
+    """Raise ValueError if the package that encodes a file is not installed. Called before any work starts."""
     if row.package and find_spec(row.package) is None:
-        is_film = row.kind == "video"
-        instead = "numbered frames, such as %04d.png" if is_film else "a .png"
-        what = "films" if is_film else "AVIF pictures"
-        raise ValueError(f"{Path(path).name}: {what} need PyAV; {INSTALL_PYAV}, or write {instead}")
+        raise ValueError(f"{Path(path).name}: {_NEEDS[row.kind]}")
 
 
 def check_bits(path: str | Path, bits: int | None) -> int:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from brushgs.formats.pictures.libav import Film, VideoWriter, video_frame
 from brushgs.formats.pictures.oiio import Pixels
+from brushgs.values.arrays import F64, U8
 
 _BITS = 5  # per channel: colors equal in these are merged before the palette is computed
 _LLOYD_STEPS = 10
@@ -25,14 +26,14 @@ class ColorCounts:
     def __init__(self) -> None:
         self._counts = np.zeros(1 << 24, np.int32)
 
-    def add(self, pixels: NDArray[np.uint8]) -> None:
+    def add(self, pixels: U8) -> None:
         """Count every fourth pixel of a picture, uint8 [H, W, 3]; all if it is below 2 x 2."""
         step = 2 if min(pixels.shape[:2]) >= 2 else 1
         red, green, blue = np.moveaxis(pixels[::step, ::step].astype(np.int32), -1, 0)
         colors, counts = np.unique(red << 16 | green << 8 | blue, return_counts=True)
         self._counts[colors] += counts.astype(np.int32)
 
-    def palette(self, num_colors: int) -> NDArray[np.uint8]:
+    def palette(self, num_colors: int) -> U8:
         """A palette [n, 3] of at most `num_colors` colors, including the most frequent one."""
         seen = np.flatnonzero(self._counts)
         counts = self._counts[seen].astype(np.float64)
@@ -47,9 +48,7 @@ class ColorCounts:
         return np.unique(np.rint([most_frequent, *chosen]).astype(np.uint8), axis=0)
 
 
-def _centers(
-    points: NDArray[np.float64], weights: NDArray[np.float64], num_centers: int
-) -> NDArray[np.float64]:
+def _centers(points: F64, weights: F64, num_centers: int) -> F64:
     """[n, 3] cluster centers: repeatedly split the widest group until there are enough, then Lloyd steps.
 
     Unlike library k-means the start is not random, so equal frames have equal palettes. On six paintings the
@@ -73,7 +72,7 @@ def _centers(
     return np.asarray(centers)
 
 
-def _spread(points: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[float, int, float]:
+def _spread(points: F64, weights: F64) -> tuple[float, int, float]:
     """The axis of largest spread of a group: sum of squared distances from the mean, its index, the mean."""
     means = weights @ points / weights.sum()
     squares = weights @ (points - means) ** 2
@@ -81,7 +80,7 @@ def _spread(points: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[
     return float(squares[axis]), axis, float(means[axis])
 
 
-def _sums(groups: NDArray[np.int64], values: NDArray[np.float64], num_groups: int) -> NDArray[np.float64]:
+def _sums(groups: NDArray[np.int64], values: F64, num_groups: int) -> F64:
     """[num_groups, 3] sums of the rows of each group."""
     return np.stack([np.bincount(groups, column, minlength=num_groups) for column in values.T], axis=1)
 
@@ -117,7 +116,7 @@ class GifVideo(VideoWriter):
         self._container.mux(stream.encode(None))
 
 
-def _palette_graph(width: int, height: int, rate: Fraction, colors: NDArray[np.uint8]) -> tuple[Any, Any]:
+def _palette_graph(width: int, height: int, rate: Fraction, colors: U8) -> tuple[Any, Any]:
     """Filter graph from RGB to palette colors, and its input for frames."""
     import av
 

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, scratch_folder
@@ -23,7 +22,7 @@ from brushgs.formats.pictures.encoding import check_bits
 from brushgs.formats.pictures.oiio import Background, Strips, first_line
 from brushgs.formats.registry import PICTURE_SUFFIXES, PICTURES_READ, find_read, find_written, function_of
 from brushgs.options.choices import FileSpace
-from brushgs.values.arrays import F32, Array, check
+from brushgs.values.arrays import F32, U8, Array, check
 from brushgs.values.colors import srgb_from_linear
 from brushgs.values.frame import Frame
 from brushgs.values.shot import Shot
@@ -102,7 +101,7 @@ def read_image(path: str | Path, *, max_pixels: int | None = None) -> F32:
         return _upright(pixels, source.spec())
 
 
-def read_bytes(path: Path, max_pixels: int) -> NDArray[np.uint8]:
+def read_bytes(path: Path, max_pixels: int) -> U8:
     """The stored bytes [H, W, C] of an 8-bit picture, for pictures that encode numbers other than colors.
 
     Alpha is straight. Raises SceneError as `read_image` does, or if the picture has more bits per channel.

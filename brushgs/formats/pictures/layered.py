@@ -57,7 +57,7 @@ def write_ora(frame: Frame, path: str | Path, background: Background, *, shot: S
 def write_psd(frame: Frame, path: str | Path, background: Background, *, shot: Shot | None = None) -> int:
     """Write the layers of a frame; as `write_ora`, but `shot` is not stored.
 
-    Raises ImportError if psd-tools is not installed, see `check_encoding`.
+    Raises ImportError if psd-tools is not installed, see `encoding.check_encoder`.
     """
     from PIL import Image
     from psd_tools import PSDImage

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from brushgs.core.signals import defer_stop
 from brushgs.errors import SceneError
 from brushgs.formats.files import replacing
-from brushgs.values.arrays import Array
+from brushgs.values.arrays import U8, Array
 from brushgs.values.frame import Frame
 
 HEADER = 1 << 12  # bytes of a file beside its pixels, at most
@@ -53,14 +53,14 @@ def _strips_of(frame: Strips, background: Background) -> Iterator[tuple[Frame, B
         row = rows.stop
 
 
-def bytes_of(frame: Frame, background: Background) -> NDArray[np.uint8]:
+def bytes_of(frame: Frame, background: Background) -> U8:
     """8-bit pixels: [H, W, 4] straight color and alpha, or [H, W, 3] on a background."""
     if background is None:
         return quantise(_with_alpha(frame), np.uint8).astype(np.uint8, copy=False)
     return frame.bytes_over(background)
 
 
-def pixels_of(frame: Frame, background: Background, bits: int) -> NDArray[np.uint8] | NDArray[np.uint16]:
+def pixels_of(frame: Frame, background: Background, bits: int) -> U8 | NDArray[np.uint16]:
     """As `bytes_of`, but in 16 bits unless `bits` is 8."""
     if bits == 8:
         return bytes_of(frame, background)
@@ -83,9 +83,7 @@ def write_frame_as(
     _write_rows(path, format_name, rows, (height, width, f"uint{bits}"), names, attributes)
 
 
-def rows_of(
-    frame: Frame | Strips, background: Background, bits: int
-) -> Iterator[NDArray[np.uint8] | NDArray[np.uint16]]:
+def rows_of(frame: Frame | Strips, background: Background, bits: int) -> Iterator[U8 | NDArray[np.uint16]]:
     """`pixels_of` a strip at a time, from the top."""
     strips = _strips_of(frame, background) if isinstance(frame, Strips) else iter([(frame, background)])
     return (pixels_of(strip, behind, bits) for strip, behind in strips)
@@ -174,7 +172,7 @@ def first_line(text: str) -> str:
     return text.strip().splitlines()[0] if text.strip() else "no reason given"
 
 
-Pixels: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16]  # [H, W, 3 or 4]
+Pixels: TypeAlias = U8 | NDArray[np.uint16]  # [H, W, 3 or 4]
 
 
 def video_pixels(frame: Frame, background: Background, bits: int) -> Pixels:

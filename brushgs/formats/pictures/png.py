@@ -21,6 +21,7 @@ from brushgs.formats.files import replacing
 from brushgs.formats.pictures.metadata import described
 from brushgs.formats.pictures.oiio import HEADER, Background, Strips, encode_rows, rows_of
 from brushgs.formats.pictures.panorama import panorama_packet
+from brushgs.values.arrays import U8
 from brushgs.values.frame import Frame
 from brushgs.values.png import COLOR_TYPES, SIGNATURE, chunk
 from brushgs.values.shot import Shot
@@ -33,7 +34,7 @@ _ADLER = 65521  # modulus of the checksum, RFC 1950
 _STREAM = zlib.compress(b"", _LEVEL)[:2]  # the header of the stream
 _LAST_BLOCK = b"\x03\x00"  # an empty one
 
-Rows = NDArray[np.uint8]  # [rows, bytes]
+Rows = U8  # [rows, bytes]
 
 
 def write_png(
@@ -74,7 +75,7 @@ def _first_pixels(written: bytes, start: int) -> int:
     return start
 
 
-def _pixel_chunks(strips: Iterator[NDArray[np.uint8] | NDArray[np.uint16]], step: int) -> Iterator[bytes]:
+def _pixel_chunks(strips: Iterator[U8 | NDArray[np.uint16]], step: int) -> Iterator[bytes]:
     """The chunks of the stream. `step` is the bytes of a pixel."""
     checksum, begin, above = 1, _STREAM, None
     for strip in strips:
@@ -100,7 +101,7 @@ def _pixel_chunks(strips: Iterator[NDArray[np.uint8] | NDArray[np.uint16]], step
     yield chunk(b"IDAT", begin + _LAST_BLOCK + struct.pack(">I", checksum))
 
 
-def _bytes_of(pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> Rows:
+def _bytes_of(pixels: U8 | NDArray[np.uint16]) -> Rows:
     """Rows of pixels as the file has them: 16 bits with the high byte first."""
     if pixels.dtype == np.uint16:
         pixels = pixels.astype(">u2").view(np.uint8)

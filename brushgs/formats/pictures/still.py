@@ -10,15 +10,13 @@ import struct
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import numpy as np
-from numpy.typing import NDArray
-
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, scratch_folder
 from brushgs.formats.pictures.images import check_pixels
 from brushgs.formats.pictures.metadata import described, metadata_text
 from brushgs.formats.pictures.oiio import NO_DATE, Background, Strips, bytes_of, write_frame_as, write_pixels
 from brushgs.formats.pictures.panorama import panorama_tags
+from brushgs.values.arrays import U8
 from brushgs.values.frame import Frame
 from brushgs.values.shot import Shot
 
@@ -62,7 +60,7 @@ def write_jpeg(
     write_frame_as(path, "jpeg", frame, background, 8, attributes)
 
 
-def encode_jpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:
+def encode_jpeg(pixels: U8, quality: int) -> bytes:
     """Encode a picture [H, W, 3] as JPEG with a quality of 1 to 100 and 4:2:0 chroma.
 
     Raises SceneError if the folder for temporary files is full.
@@ -132,7 +130,7 @@ def write_webp(frame: Frame, path: str | Path, background: Background, *, shot: 
     write_exact(bytes_of(frame, background), path, metadata_text(shot))
 
 
-def write_exact(pixels: NDArray[np.uint8], path: str | Path, description: str = "") -> None:
+def write_exact(pixels: U8, path: str | Path, description: str = "") -> None:
     """Write [H, W, 3 or 4] bytes as lossless WebP; only colors of pixels with alpha 0 may change."""
     names = ("R", "G", "B", "A")[: pixels.shape[-1]]
 

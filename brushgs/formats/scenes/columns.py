@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError, SceneWarning
-from brushgs.values.arrays import F32, Mask
+from brushgs.values.arrays import F32, U8, Array, Mask
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
 
@@ -79,7 +79,7 @@ class Columns:
     scales: F32  # [n, 3]
     opacities: F32  # [n]
     sh: F32  # [n, k, 3]
-    brushes: NDArray[np.uint8] | None = None  # [n]
+    brushes: U8 | None = None  # [n]
 
     @classmethod
     def empty(cls, num_rows: int, num_terms: int, *, has_brushes: bool = False) -> "Columns":
@@ -122,7 +122,7 @@ class Columns:
         """Rows `start` to `stop` as views."""
         return Columns(**{name: column[start:stop] for name, column in self._present().items()})
 
-    def move(self, rows: NDArray[np.bool_] | slice, start: int) -> None:
+    def move(self, rows: Mask | slice, start: int) -> None:
         """Copy the selected rows to the rows from `start` on."""
         for column in self._present().values():
             selected = column[rows]
@@ -289,7 +289,7 @@ class Dropped:
         warnings.warn(SceneWarning(message), stacklevel=3)
 
 
-Faults = Iterable[tuple[str, NDArray[np.floating[Any]], Mask]]  # name, values and bad rows of a column
+Faults = Iterable[tuple[str, Array, Mask]]  # name, values and bad rows of a column
 
 
 def drop_faults(block: Columns, first_row: int, num_rest: int) -> Dropped:

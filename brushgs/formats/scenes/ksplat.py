@@ -24,7 +24,7 @@ from brushgs.errors import NoGaussiansError, SceneError
 from brushgs.formats.files import open_plain, read_exactly
 from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
-from brushgs.values.arrays import F32
+from brushgs.values.arrays import F32, U8
 
 _HEADER_SIZE, _SECTION_SIZE = 4096, 1024
 # Version; sections (capacity, used); Gaussians (capacity, used); level; smallest and largest coefficient.
@@ -193,7 +193,7 @@ def _open_rows(path: Path, header: _Header, num_rows: int, num_terms: int) -> Ro
     return RowSource(num_rows, num_terms, open_decoder, _BLOCK_ROWS, _ENCODING)
 
 
-def _decode(rows: NDArray[np.uint8], header: _Header, section: _Section, first: int, out: Columns) -> None:
+def _decode(rows: U8, header: _Header, section: _Section, first: int, out: Columns) -> None:
     """Decode rows of one section, starting at row `first` of the section."""
     count = len(out.means)
 

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.files import open_plain, read_exactly
 from brushgs.formats.scenes.stored import Stored, content_of, text_of
+from brushgs.values.arrays import F64
 from brushgs.values.notes import Training
 
 PREFIX = "comment brushgs "
@@ -318,7 +319,7 @@ class _AsciiRows:
                 break
         return lines
 
-    def _numbers(self, lines: list[bytes], start: int) -> NDArray[np.float64]:
+    def _numbers(self, lines: list[bytes], start: int) -> F64:
         """The numbers of some lines, [lines, properties]; the first line is row `start`."""
         width = len(self._element.names)
         tokens = b" ".join(lines).split()

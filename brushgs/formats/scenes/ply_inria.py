@@ -21,6 +21,7 @@ from brushgs.errors import SceneError
 from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.ply_header import BRUSH, Element, Header, check_size, open_rows
 from brushgs.formats.scenes.rows import Decoder, RowSource
+from brushgs.values.arrays import F32
 
 _MEANS = ("x", "y", "z")
 _COLORS = ("f_dc_0", "f_dc_1", "f_dc_2")
@@ -206,7 +207,7 @@ def _find_runs(dtype: np.dtype[Any], names: tuple[str, ...]) -> list[_Run]:
     return runs
 
 
-def _copy(rows: NDArray[np.void], runs: list[_Run], out: NDArray[np.float32]) -> None:
+def _copy(rows: NDArray[np.void], runs: list[_Run], out: F32) -> None:
     """Copy the properties of some rows to the columns of `out`."""
     for run in runs:
         view = _view(rows, run)

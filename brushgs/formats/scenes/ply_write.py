@@ -24,7 +24,7 @@ from brushgs.formats.scenes.write import (
     smallest_three,
     spatial_order,
 )
-from brushgs.values.arrays import F32, U32, Array
+from brushgs.values.arrays import F32, U8, U32, Array
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
 
@@ -144,7 +144,7 @@ def _ranges(column: F32) -> tuple[F32, F32]:
     return np.minimum.reduceat(column, starts), np.maximum.reduceat(column, starts)
 
 
-def _pack(fractions: NDArray[np.floating], bits: tuple[int, ...]) -> U32:
+def _pack(fractions: Array, bits: tuple[int, ...]) -> U32:
     """Pack [n, len(bits)] fractions, 0 to 1, to [n] words, from the highest bits down."""
     words = np.zeros(len(fractions), np.int64)
     for index, width in enumerate(bits):
@@ -153,13 +153,13 @@ def _pack(fractions: NDArray[np.floating], bits: tuple[int, ...]) -> U32:
     return words.astype(np.uint32)
 
 
-def _pack_quats(quats: NDArray[np.floating]) -> U32:
+def _pack_quats(quats: Array) -> U32:
     """Pack quaternions: upper two bits the index of the largest of w, x, y, z, then the others in order."""
     largest, others = smallest_three(quats)
     return np.asarray(largest.astype(np.uint32) << 30 | _pack(others * np.sqrt(0.5) + 0.5, SMALL_BITS))
 
 
-def _pack_rest(sh: NDArray[np.floating]) -> NDArray[np.uint8]:
+def _pack_rest(sh: Array) -> U8:
     """[n, 3 x terms] f_rest as bytes, channel by channel: the range is divided into 256 equal parts."""
     rest = sh[:, 1:].transpose(0, 2, 1).reshape(len(sh), -1)
     return np.asarray(np.clip(np.floor((rest / SH_RANGE + 0.5) * 256), 0, 255)).astype(np.uint8)

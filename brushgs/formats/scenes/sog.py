@@ -22,9 +22,7 @@ from brushgs.formats.scenes.columns import Columns, check_decoded_size, unpack_q
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile, decoder_of_parts
 from brushgs.formats.scenes.sog_meta import Meta, Palette, SceneFiles, count_palette, open_files, parse_meta
 from brushgs.formats.schema import MAX_BYTES
-from brushgs.values.arrays import F32
-
-U8 = NDArray[np.uint8]
+from brushgs.values.arrays import F32, U8, Array
 
 _BLOCK_ROWS = 1 << 11  # 0.4 MB with harmonics of degree 3, which fits the cache
 _CURE = "download or export the scene again"
@@ -111,7 +109,7 @@ def _open_decoder(sog: Sog, runs: list[tuple[int, int]], *, is_logit: bool) -> D
                 raise SceneError(files.path, f"{rule}; {_CURE}")
     parts = ([picture[start:stop] for start, stop in runs] for picture in pictures)
     pictures = [part[0] if len(part) == 1 else np.concatenate(part) for part in parts]
-    opacities: NDArray[np.floating] = meta.opacities
+    opacities: Array = meta.opacities
     if meta.version == 1 and not is_logit:  # joined with scenes of version 2
         opacities = (1 / (1 + np.exp(-opacities))).astype(np.float32)
     return _decoder(meta, pictures, palette, opacities)

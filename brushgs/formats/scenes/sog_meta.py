@@ -18,7 +18,7 @@ from typing import IO, Annotated, Any, Generic, TypeVar
 import msgspec
 import numpy as np
 from msgspec import Struct
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from brushgs.errors import SceneError
 from brushgs.formats.files import find_within, is_dir, is_plain, open_plain, read_whole, scratch_folder
@@ -27,7 +27,7 @@ from brushgs.formats.pictures.still import NUM_HEADER_BYTES
 from brushgs.formats.scenes.stored import Stored, parse_content, read_stored
 from brushgs.formats.schema import as_count, convert, decode, refused, shown
 from brushgs.formats.zip_file import open_member, open_zip
-from brushgs.values.arrays import F32, Array
+from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.notes import Training
 
 META = "meta.json"
@@ -341,7 +341,7 @@ def _training(scene: _Scene) -> Training:
     return "2dgs" if scene.model == "2dgs" else "default"
 
 
-def mean_logs(means: Array) -> NDArray[np.float64]:
+def mean_logs(means: Array) -> F64:
     """sign(x) log(1 + |x|) of coordinates, the inverse of the tables `Meta.means`."""
     wide = means.astype(np.float64)
     return np.asarray(np.sign(wide) * np.log1p(np.abs(wide)))

@@ -35,7 +35,7 @@ from brushgs.formats.scenes.write import (
     smallest_three,
     spatial_order,
 )
-from brushgs.values.arrays import F32
+from brushgs.values.arrays import F32, F64, U8, Array
 from brushgs.values.gaussians import Gaussians
 from brushgs.version import __version__
 
@@ -54,9 +54,7 @@ _ROW_ROUNDS = 3  # with one entry per two rows, 12 iterations gain 0.1 dB
 _SEED = 20261122
 
 
-def levels_of(
-    values: NDArray[np.floating], weights: NDArray[np.floating] | None = None
-) -> NDArray[np.float64]:
+def levels_of(values: Array, weights: Array | None = None) -> F64:
     """[256] ascending levels that minimise the squared error to the values; of fewer, the last is repeated.
 
     `weights`, >= 0 and of the shape of the values, weight the squared errors.
@@ -89,7 +87,7 @@ def levels_of(
     return levels
 
 
-def nearest_levels(values: NDArray[np.floating], levels: NDArray[np.float64]) -> NDArray[np.uint8]:
+def nearest_levels(values: Array, levels: F64) -> U8:
     """The index of the nearest of ascending levels for each value."""
     borders = (levels[1:] + levels[:-1]) / 2
     return np.searchsorted(borders, values.astype(np.float64)).astype(np.uint8)
@@ -228,7 +226,7 @@ def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
     _write_archive(path, text, whole)
 
 
-def _harmonics(rows: Gaussians) -> tuple[dict[str, Any], dict[str, NDArray[np.uint8]]]:
+def _harmonics(rows: Gaussians) -> tuple[dict[str, Any], dict[str, U8]]:
     """Meta and pictures of the degrees above 0: a palette, and the entry of each Gaussian."""
     num_rest = rows.sh.shape[1] - 1
     flat = rows.sh[:, 1:].astype(np.float32).reshape(len(rows), -1)
@@ -249,13 +247,13 @@ def _harmonics(rows: Gaussians) -> tuple[dict[str, Any], dict[str, NDArray[np.ui
     return meta, {"shN_centroids.webp": picture, "shN_labels.webp": _laid_out(words)}
 
 
-def _pack_quats(quats: NDArray[np.floating]) -> NDArray[np.int64]:
+def _pack_quats(quats: Array) -> NDArray[np.int64]:
     """[n, 4] bytes: three components in order, then the tag of the largest of w, x, y, z."""
     largest, others = smallest_three(quats)
     return np.column_stack([rounded((others * np.sqrt(0.5) + 0.5) * 255, 255), largest + QUAT_TAG])
 
 
-def _laid_out(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _laid_out(pixels: U8) -> U8:
     """Arrange [n, channels] in rows as [height, width, channels], nearly square, sides multiples of 4."""
     num_rows, channels = pixels.shape
     width = -(-int(np.ceil(np.sqrt(num_rows))) // 4) * 4
@@ -267,12 +265,12 @@ def _laid_out(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return picture.reshape(height, width, channels)
 
 
-def _listed(levels: NDArray[np.float64]) -> list[float]:
+def _listed(levels: F64) -> list[float]:
     """The levels as the shortest decimal numbers of the same float32 values."""
     return [float(str(value)) for value in levels.astype(np.float32)]
 
 
-def _write_archive(path: str | Path, meta: bytes, pictures: dict[str, NDArray[np.uint8]]) -> None:
+def _write_archive(path: str | Path, meta: bytes, pictures: dict[str, U8]) -> None:
     """Write the archive without compression, since WebP does not compress further."""
     with (
         replacing(path) as temporary,

@@ -40,7 +40,7 @@ from brushgs.formats.scenes.spz_container import (
 )
 from brushgs.formats.scenes.stored import Stored, content_of, parse_text, read_stored, text_of
 from brushgs.formats.scenes.write import brush_order, in_order, logs_of, rounded, smallest_three
-from brushgs.values.arrays import F32, U32
+from brushgs.values.arrays import F32, U8, U32
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import sh_basis
 
@@ -59,7 +59,7 @@ _SOMEWHERE = np.array([[1, 2, 3]]) / np.sqrt(14)  # a direction in which no basi
 _TURNED_X = np.sign(sh_basis(_SOMEWHERE * [-1, 1, 1], 3) * sh_basis(_SOMEWHERE, 3))[0].astype(np.float32)
 
 
-def count_used_terms(sh: NDArray[np.uint8], num_terms: int) -> int:
+def count_used_terms(sh: U8, num_terms: int) -> int:
     """The number of terms up to the highest band with a nonzero coefficient in block `sh`."""
     return find_used_terms(
         num_terms,
@@ -92,7 +92,7 @@ def decode(blocks: Blocks, header: Header, is_mirrored: bool, start: int, stop: 
         _turn_x(out)
 
 
-def _unpack_first_three(rotations: NDArray[np.uint8], quats: F32) -> None:
+def _unpack_first_three(rotations: U8, quats: F32) -> None:
     """Decode [n, 3] bytes of x, y and z to w, x, y, z; w >= 0 follows from the unit length.
 
     Computed in integer 255ths, since in float32 a w near 0 would lose half of its digits.
@@ -103,7 +103,7 @@ def _unpack_first_three(rotations: NDArray[np.uint8], quats: F32) -> None:
     np.divide(whole, np.float32(255), out=quats[:, 1:], casting="same_kind")
 
 
-def _unpack_smallest_three(rotations: NDArray[np.uint8], quats: F32) -> None:
+def _unpack_smallest_three(rotations: U8, quats: F32) -> None:
     """Decode [n, 4] bytes to w, x, y, z; the upper two bits of a word name the largest of x, y, z, w.
 
     The others are stored in this order; the largest is positive and follows from the unit length.
@@ -235,7 +235,7 @@ def _fractional_bits(gaussians: Gaussians) -> int:
     return max(0, min(max(wanted, _USUAL_BITS), room, MAX_FRACTIONAL_BITS))
 
 
-def _pack_smallest_three(gaussians: Gaussians) -> NDArray[np.uint8]:
+def _pack_smallest_three(gaussians: Gaussians) -> U8:
     """Encode rotations as [n, 4] bytes: the inverse of `_unpack_smallest_three`."""
     largest, others = smallest_three(gaussians.quats[:, [1, 2, 3, 0]])  # x, y, z, w
     magnitudes = rounded(np.abs(others) / np.sqrt(0.5) * 511, 511).astype(np.uint32)

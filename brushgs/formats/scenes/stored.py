@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from brushgs.errors import SceneWarning
 from brushgs.formats.scenes.columns import Columns
 from brushgs.formats.schema import fault
-from brushgs.values.arrays import F64
+from brushgs.values.arrays import F64, U8
 from brushgs.values.camera import Camera, FirstView, Photograph
 from brushgs.values.gaussians import Gaussians
 
@@ -108,7 +108,7 @@ class Stored(NamedTuple):
         kept = order if self.is_strokes and len(rows) <= _MOST_ORDERED else None
         return self._replace(counts=counts, order=kept)
 
-    def rows_of_brushes(self, num_rows: int) -> NDArray[np.uint8] | None:
+    def rows_of_brushes(self, num_rows: int) -> U8 | None:
         """[num_rows] brush of each row, from `counts`; None if there are none, or their sum is wrong."""
         if self.counts is None or sum(self.counts) != num_rows:
             return None

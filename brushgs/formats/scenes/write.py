@@ -18,7 +18,7 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.formats.registry import SCENE_SUFFIXES, find_written, function_of
 from brushgs.formats.scenes.read import read_scene
 from brushgs.formats.scenes.stored import NOTHING, Stored
-from brushgs.values.arrays import Array
+from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import normalized
@@ -30,7 +30,7 @@ def rounded(values: NDArray[Any], largest: int) -> NDArray[np.int64]:
     return np.asarray(np.floor(np.clip(values, 0, largest) + 0.5)).astype(np.int64)
 
 
-def fractions_of(values: NDArray[Any], low: NDArray[Any], high: NDArray[Any]) -> NDArray[np.float64]:
+def fractions_of(values: NDArray[Any], low: NDArray[Any], high: NDArray[Any]) -> F64:
     """Fractions of values between `low` (0) and `high` (1), in float64; 0 where both are equal."""
     extent = high.astype(np.float64) - low
     above = values - low.astype(np.float64)
@@ -92,25 +92,25 @@ _INFINITE_LOG = 104.0
 _LARGEST_LOG = 88.722  # just below the log of the largest float32, so that its exp is finite
 
 
-def logs_of(values: Array) -> NDArray[np.float64]:
+def logs_of(values: Array) -> F64:
     """Natural logarithms of values >= 0, clipped to finite values."""
     with np.errstate(divide="ignore"):
         return np.asarray(np.clip(np.log(values, dtype=np.float64), -_INFINITE_LOG, _LARGEST_LOG))
 
 
-def logits_of(values: Array) -> NDArray[np.float64]:
+def logits_of(values: Array) -> F64:
     """log(p / (1 - p)) of values 0 to 1, clipped to finite values."""
     wide = values.astype(np.float64)
     with np.errstate(divide="ignore"):
         return np.asarray(np.clip(np.log(wide) - np.log1p(-wide), -_INFINITE_LOG, _INFINITE_LOG))
 
 
-def finite_scales(scales: Array) -> NDArray[np.float32]:
+def finite_scales(scales: Array) -> F32:
     """Scales as float32, clipped so that their logarithms are finite, for formats with linear scales."""
     return np.minimum(scales, np.exp(_LARGEST_LOG)).astype(np.float32)
 
 
-def smallest_three(quats: Array) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def smallest_three(quats: Array) -> tuple[NDArray[np.int64], F64]:
     """[n] index of the largest component of each quaternion, and the others [n, 3], signed to make it > 0."""
     units = normalized(quats)
     largest = np.abs(units).argmax(axis=1)
@@ -185,7 +185,7 @@ def measure_losses(given: Gaussians, path: str | Path, order: NDArray[np.integer
         )
 
 
-def _harmonics(given: Gaussians, found: Gaussians) -> NDArray[np.float64]:
+def _harmonics(given: Gaussians, found: Gaussians) -> F64:
     """[N] root-mean-square error over directions, from squared coefficients, as the basis is orthonormal."""
     rest = np.zeros((len(given), max(given.sh.shape[1], found.sh.shape[1]), 3))
     rest[:, : found.sh.shape[1]] += found.sh
@@ -193,7 +193,7 @@ def _harmonics(given: Gaussians, found: Gaussians) -> NDArray[np.float64]:
     return np.asarray(255 * np.sqrt(np.square(rest[:, 1:]).sum(axis=1).mean(axis=1) / (4 * np.pi)))
 
 
-def _ends(errors: NDArray[np.float64]) -> tuple[float, float]:
+def _ends(errors: F64) -> tuple[float, float]:
     """Median and largest error; 0 if there are none."""
     return (float(np.median(errors)), float(errors.max())) if errors.size else (0.0, 0.0)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from brushgs.formats.files import replacing
 from brushgs.formats.pictures.exr.planes import Attribute, Plane, Rows
-from brushgs.values.arrays import F32, Array
+from brushgs.values.arrays import F32, U32, Array
 from brushgs.values.frame import Frame
 from brushgs.values.layers import Matte
 from brushgs.values.shot import Shot
@@ -64,14 +64,14 @@ def write_manifest(path: str | Path, names: Sequence[str]) -> None:
         temporary.write_text(manifest_of([*names, OTHER]) + "\n", encoding="utf-8", newline="\n")
 
 
-def ids_of(names: Sequence[str]) -> NDArray[np.uint32]:
+def ids_of(names: Sequence[str]) -> U32:
     """[N] ids of names, as uint32 bits."""
     ids = murmur3([_readable(name).encode() for name in names])
     exponent = ids >> 23 & 0xFF
     return np.where((exponent == 0) | (exponent == 0xFF), ids ^ 1 << 23, ids).astype(np.uint32)
 
 
-def murmur3(keys: Sequence[bytes]) -> NDArray[np.uint32]:
+def murmur3(keys: Sequence[bytes]) -> U32:
     """[N] MurmurHash3_x86_32 of each key, with seed 0; vectorised, as there are thousands.
 
     Source: Austin Appleby, MurmurHash3.cpp (public domain).
@@ -91,7 +91,7 @@ def murmur3(keys: Sequence[bytes]) -> NDArray[np.uint32]:
     return np.asarray(hashes ^ hashes >> np.uint32(16))
 
 
-def _rotated(values: NDArray[np.uint32], count: int) -> NDArray[np.uint32]:
+def _rotated(values: U32, count: int) -> U32:
     return np.asarray(values << np.uint32(count) | values >> np.uint32(32 - count))
 
 

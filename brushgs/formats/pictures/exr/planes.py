@@ -12,13 +12,12 @@ from math import atan, degrees
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from brushgs.formats.pictures.encoding import frame_rate
 from brushgs.formats.pictures.metadata import metadata_text
 from brushgs.formats.pictures.oiio import Background
 from brushgs.options.choices import FileSpace
-from brushgs.values.arrays import F32, Array
+from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.camera import Camera
 from brushgs.values.colors import linear_from_srgb
 from brushgs.values.frame import Frame
@@ -77,12 +76,12 @@ def _camera(camera: Camera) -> dict[str, Attribute]:
     }
 
 
-def camera_from_world(camera: Camera) -> NDArray[np.float64]:
+def camera_from_world(camera: Camera) -> F64:
     """[4, 4] world to camera for column vectors, with the axes of OpenEXR: x right, y up, z forward."""
     return np.asarray(np.diag([1.0, -1.0, 1.0, 1.0]) @ camera.viewmat)
 
 
-def ndc_from_world(camera: Camera) -> NDArray[np.float64]:
+def ndc_from_world(camera: Camera) -> F64:
     """[4, 4] world to picture for column vectors: after division by w, (0, 0) is the upper left corner and
     (1, 1) the lower right.
 
@@ -99,7 +98,7 @@ def ndc_from_world(camera: Camera) -> NDArray[np.float64]:
     return np.asarray(projection @ camera.viewmat)
 
 
-def _in_rows(matrix: NDArray[np.float64]) -> tuple[float, ...]:
+def _in_rows(matrix: F64) -> tuple[float, ...]:
     return tuple(matrix.T.ravel().tolist())
 
 
