@@ -45,8 +45,8 @@ from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.motion import COLOR, OPACITY, SHIFT, SIZE, TURN, Pose, match
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import LOW_PASS, Directions, ProjectOptions, project_by
+from brushgs.rendering.rasterize import RasterOptions, rasterize_traced
 from brushgs.rendering.rasterize import rasterize as rasterize_arrays
-from brushgs.rendering.rasterize import rasterize_traced
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.arrays import F64, Array
 from brushgs.values.boxes import LAYER_COLUMNS
@@ -461,7 +461,7 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
         boxes = BoxArrays(**arrays)
         ctx.trace = None
         if any(ctx.needs_input_grad):
-            frame, ctx.trace = rasterize_traced(boxes, brush_set, **options)
+            frame, ctx.trace = rasterize_traced(boxes, brush_set, RasterOptions(**options))
         else:
             frame = rasterize_arrays(boxes, brush_set, **options)
         planes = (frame.rgb, frame.alpha, *(getattr(frame, name) for name in LAYER_COLUMNS))

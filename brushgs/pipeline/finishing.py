@@ -119,8 +119,7 @@ def with_edges(
     materials: Materials,
     report: Report,
     *,
-    gaussians: Gaussians,
-    focus: F64 | None,
+    focus: Callable[[Gaussians], F64] | None,
     ground: "Ground | None",
     losing: Callable[[Gaussians], F64] | None = None,
 ) -> "tuple[Materials, Edges | None]":
@@ -132,8 +131,7 @@ def with_edges(
         backdrop: the coat of the backdrop, or none.
         materials: of the strokes.
         report: gets the stage, only if edges are requested.
-        gaussians: the scene, N, pruned.
-        focus: [N] factors of its Gaussians; or None.
+        focus: factors of k strokes, [k]; or None.
         ground: the scene's own ground, which has no outline to lose; or None.
         losing: how far strokes may be lost, [k] 0 to 1; None for 1.
     """
@@ -152,7 +150,7 @@ def with_edges(
 
         around = Around(backdrop[0].strokes, materials.paper)
         subject = None if ground is None else ~ground.is_on(ground.place.local(strokes.means))
-        of_strokes = None if focus is None else focus[nearest_rows(gaussians, strokes)]
+        of_strokes = None if focus is None else focus(strokes)
         edges = find_edges(strokes, cameras, around, focus=of_strokes, subject=subject)
         if edges is not None and losing is not None:
             edges = replace(edges, lost=edges.lost * losing(strokes))

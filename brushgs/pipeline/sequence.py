@@ -360,13 +360,11 @@ def _paint_video(frames: SequenceFrames, target: Path, report: Report) -> None:
     encoding = choose_encoding(target, codec=output.codec, bits=output.bits, transparent=transparent)
     film = open_video(
         target,
+        encoding,
         width=size[0],
         height=size[1],
         fps=path.fps,
         loops=path.is_loop,
-        codec=output.codec,
-        bits=output.bits,
-        transparent=transparent,
         panorama=None if rig is None else rig.panorama,
     )
     cure = f"no video was written; numbered frames, -o {target.with_suffix('')}/, can be resumed"

@@ -40,12 +40,7 @@ _BRUSH_DRAW = 9  # random stream for the choice of brushes
 
 @dataclass(frozen=True, eq=False)
 class Laid:
-    """A prepared painting with marks in place of strokes.
-
-    Attributes:
-        prepared: with marks as strokes, and the style's brushes appended.
-        moves: [N] mask of marks that may change.
-    """
+    """A prepared painting, and which of its N strokes or marks may change: a mask [N]."""
 
     prepared: Prepared
     moves: Mask
@@ -66,8 +61,7 @@ def brush_names(output: Path, number: int) -> tuple[str, ...]:
 
 
 def lay_in_style(
-    prepared: Prepared,
-    moves: Mask,
+    painted: Laid,
     marks: StyleMarks,
     shown_at: Callable[[int | None], Gaussians],
     paint: PaintConfig,
@@ -77,11 +71,10 @@ def lay_in_style(
     *,
     most: int | None = None,
 ) -> Laid:
-    """Lay the strokes that may change as the marks of a style.
+    """Lay the strokes that may change as the marks of a style; its brushes are appended.
 
     Args:
-        prepared: the prepared painting.
-        moves: [N] mask of strokes that may change.
+        painted: the painting in strokes.
         marks: of the style.
         shown_at: the scene in the colors of the style, at a moment of a clip or None.
         paint: options of the painting.
@@ -90,6 +83,7 @@ def lay_in_style(
         report: collects the stage.
         most: maximum number of marks; None for that of `lay_marks`.
     """
+    prepared, moves = painted.prepared, painted.moves
     strokes, moving, view = prepared.strokes, prepared.moving, prepared.known_view
     with report.stage("marks") as stage:
         moment = pose = None

@@ -68,8 +68,7 @@ def refine_strokes(
             schedule = replace(schedule, rates=rates, evaluations=EVALUATIONS)
             refined, curve = stylise(
                 variables,
-                training_views,
-                validation_views,
+                (training_views, validation_views),
                 features,
                 style.painting,
                 drawing,

@@ -216,11 +216,12 @@ def _in_style(
     marks = None if learned is None or config.params == "color" else learned.style.marks
     if learned is None or marks is None or prepared.texture.kind != "image":
         return prepared, moves, False
-    from brushgs.refine.in_style import lay_in_style, style_beside
+    from brushgs.refine.in_style import Laid, lay_in_style, style_beside
 
     most = paint.cluster.strokes if isinstance(paint.cluster.strokes, int) else None
     inside = np.ones(len(prepared.strokes), bool) if moves is None else moves
-    laid = lay_in_style(prepared, inside, marks, shown_at, paint, config.keeps, output, report, most=most)
+    painted = Laid(prepared, inside)
+    laid = lay_in_style(painted, marks, shown_at, paint, config.keeps, output, report, most=most)
     beside = style_beside(output)
     files = () if config.style is None else config.style.files
     is_input = beside.exists() and any(beside.samefile(file) for file in files)

@@ -117,8 +117,7 @@ def style_of(
 
 def stylise(
     variables: Variables,
-    training_views: Sequence[TargetView],
-    validation_views: Sequence[TargetView],
+    views: tuple[Sequence[TargetView], Sequence[TargetView]],
     style: Style,
     painting: Array,
     drawing: Drawing,
@@ -130,8 +129,8 @@ def stylise(
 
     Args:
         variables: recolored strokes to optimize, and which of their parameters.
-        training_views: views of the loss, with target pictures in the colors of the style image as content.
-        validation_views: other views, for the score.
+        views: those of the loss, with target pictures in the colors of the style image as content; and others
+            for the score.
         style: features of the style image.
         painting: [H, W, C] the style image itself, for its colors.
         drawing: how strokes are drawn.
@@ -169,12 +168,12 @@ def stylise(
 
     def score(strokes: Gaussians) -> float:
         losses = []
-        for view in validation_views:
+        for view in views[1]:
             frame = drawing.frame(strokes, view.camera, view.moment)
             with torch.no_grad():
                 loss = loss_of(torch.from_numpy(frame.rgb), torch.from_numpy(frame.alpha), view)
             losses.append(float(loss))
         return float(-10 * np.log10(np.mean(losses)))
 
-    fit = Fit(variables, training_views, drawing, objective, score, schedule)
+    fit = Fit(variables, views[0], drawing, objective, score, schedule)
     return fit.run(on_step), fit.curve

@@ -45,33 +45,17 @@ class Canvas:
 
     Args:
         camera: gives the size.
-        surface: the ground; None for strokes alone.
-        is_transparent: leave out the color of the surface; its height and grain still apply.
-        is_moving: see `Painting`.
+        painting: whose coats are laid; of a transparent one height and grain of the surface still apply.
         wanted: requested layers of the frame.
-        region_names: see `Painting`.
-        part: see `Painting`.
-        dpi: see `Painting`.
-        reach: radius of the pixels that a pixel depends on, see `Painting.reach`.
     """
 
-    def __init__(
-        self,
-        camera: Camera,
-        surface: "Surface | None" = None,
-        *,
-        is_transparent: bool = False,
-        is_moving: bool = False,
-        wanted: Wanted = NOTHING,
-        region_names: tuple[str, ...] = (),
-        part: Part | None = None,
-        dpi: float | None = None,
-        reach: int | None = 0,
-    ) -> None:
-        self._wanted, self._region_names = wanted, region_names
+    def __init__(self, camera: Camera, painting: "Painting", wanted: Wanted = NOTHING) -> None:
+        surface, part, dpi, is_moving = painting.surface, painting.part, painting.dpi, painting.is_moving
+        self._wanted, self._region_names = wanted, painting.region_names
         size = camera.width, camera.height
         self._part, self._dpi, self._scale = part, dpi, canvas_scale(*size, dpi)
         self._painted: Part | None = None  # all of the picture
+        reach = None if part is None else painting.reach(camera)
         if part is not None and reach is not None and not wanted.is_any:
             self._painted = part.grown(reach, *size)
         if surface is not None:
@@ -79,7 +63,7 @@ class Canvas:
         self._laid: list[LaidCoat] = []  # filled if layers need every stroke
         self._sheets = _sheet_maker() if wanted.sheets else None
         self._finished: PaintedView | None = None  # set if any layer is requested
-        self._camera, self._surface, self._is_transparent = camera, surface, is_transparent
+        self._camera, self._surface, self._is_transparent = camera, surface, painting.is_transparent
         self._is_moving, self._hidden = is_moving, 1 - (CARRIED_MOVING if is_moving else CARRIED)
         self._frame: Frame | None = None  # of the strokes alone
         self._tint: Array | None = None  # [H, W, 3] product of all glazes over the ground
@@ -272,17 +256,7 @@ class Painting:
 
     def canvas(self, camera: Camera, wanted: Wanted = NOTHING) -> "Canvas":
         """The bare canvas of one view, with requested layers."""
-        return Canvas(
-            camera,
-            self.surface,
-            is_transparent=self.is_transparent,
-            is_moving=self.is_moving,
-            wanted=wanted,
-            region_names=self.region_names,
-            part=self.part,
-            dpi=self.dpi,
-            reach=None if self.part is None else self.reach(camera),
-        )
+        return Canvas(camera, self, wanted)
 
     def reach(self, camera: Camera) -> int | None:
         """Radius of the pixels that a pixel depends on; None for the whole picture."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
-from brushgs.rendering.rasterize import RasterArguments
+from brushgs.rendering.rasterize import RasterArguments, RasterOptions
 from brushgs.values.arrays import U8, Array
 
 if TYPE_CHECKING:
@@ -144,21 +144,18 @@ class FragmentFinder:
         dpi: float | None = None,
     ) -> None:
         self._size: dict[str, Any] = {"height": camera.height, "width": camera.width}
-        self._of_core = RasterArguments(
-            boxes,
-            BrushSet.of(texture),
+        painted = RasterOptions(
             **self._size,
             filter=options.filter,
             depth=False,
             underpaint=options.underpaint,
             streaks=options.streaks,
-            relief=False,
-            blend="cover",
             in_front_of=in_front_of,
             min_transmittance=options.min_transmittance,
             num_threads=options.num_threads,
             dpi=dpi,
-        ).of_core
+        )
+        self._of_core = RasterArguments(boxes, BrushSet.of(texture), painted).of_core
 
     def find(self, first_row: int, end_row: int) -> Fragments:
         """The fragments of the rows `first_row`, a multiple of `TILE_HEIGHT`, to `end_row` - 1."""

@@ -25,6 +25,25 @@ from brushgs.values.part import TILE, Part
 PLAIN_EXPONENT = 40  # softness of 1e-12 to 1e12 world units needs no rescaling
 
 
+@dataclass(frozen=True, eq=False)
+class RasterOptions:
+    """The options of `rasterize`, which explains them."""
+
+    height: int
+    width: int
+    filter: Filter = "mip"
+    depth: bool = True
+    underpaint: Underpaint | None = None
+    streaks: float = 0.0
+    relief: bool = False
+    blend: Blend = "cover"
+    in_front_of: DepthTest | None = None
+    min_transmittance: float = MIN_TRANSMITTANCE
+    num_threads: int | None = None
+    part: Part | None = None
+    dpi: float | None = None
+
+
 def rasterize(
     boxes: Boxes,
     texture: Brush,
@@ -127,9 +146,7 @@ def rasterize(
         >>> bg.rasterize(boxes, "dry_brush", width=camera.width, height=camera.height)
         Frame(320x240, depth)
     """
-    painted = RasterArguments(
-        boxes,
-        BrushSet.of(texture),
+    options = RasterOptions(
         height,
         width,
         filter=filter,
@@ -144,7 +161,7 @@ def rasterize(
         part=part,
         dpi=dpi,
     )
-    return _paint(painted, blend, trace=None)
+    return _paint(RasterArguments(boxes, BrushSet.of(texture), options), blend, trace=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,35 +179,9 @@ class Trace:
     levels: TextureLevels
 
 
-def rasterize_traced(
-    boxes: Boxes,
-    brushes: BrushSet,
-    *,
-    height: int,
-    width: int,
-    filter: Filter,
-    depth: bool,
-    underpaint: Underpaint | None,
-    streaks: float,
-    min_transmittance: float,
-    num_threads: int | None,
-) -> tuple[Frame, Trace]:
-    """`rasterize` of boxes without softness, with its trace. Raises the same."""
-    painted = RasterArguments(
-        boxes,
-        brushes,
-        height,
-        width,
-        filter=filter,
-        depth=depth,
-        underpaint=underpaint,
-        streaks=streaks,
-        relief=False,
-        blend="cover",
-        in_front_of=None,
-        min_transmittance=min_transmittance,
-        num_threads=num_threads,
-    )
+def rasterize_traced(boxes: Boxes, brushes: BrushSet, options: RasterOptions) -> tuple[Frame, Trace]:
+    """`rasterize` of boxes without softness, as paint that covers, with its trace. Raises the same."""
+    painted = RasterArguments(boxes, brushes, options)
     is_single = boxes.centers.dtype == np.float32
     trace = Trace(_core.TraceFloat32() if is_single else _core.TraceFloat64(), painted.levels)
     return _paint(painted, "cover", trace), trace
@@ -233,51 +224,37 @@ class RasterArguments:
         of_core: core arguments by name.
     """
 
-    def __init__(
-        self,
-        boxes: Boxes,
-        brushes: BrushSet,
-        height: int,
-        width: int,
-        *,
-        filter: Filter,
-        depth: bool,
-        underpaint: Underpaint | None,
-        streaks: float,
-        relief: bool,
-        blend: Blend,
-        in_front_of: DepthTest | None,
-        min_transmittance: float,
-        num_threads: int | None,
-        part: Part | None = None,
-        dpi: float | None = None,
-    ) -> None:
+    def __init__(self, boxes: Boxes, brushes: BrushSet, options: RasterOptions) -> None:
+        height, width, filter, relief = options.height, options.width, options.filter, options.relief
         if filter not in get_args(Filter):
             known = ", ".join(get_args(Filter))
             raise ValueError(f"rasterize: filter must be one of {known}, got {filter!r}")
         _check_size(height, width)
-        self.part = Part.whole(width, height) if part is None else part
+        self.part = Part.whole(width, height) if options.part is None else options.part
         _check_part(self.part, height, width)
-        if not 0 <= min_transmittance < 1:
-            raise ValueError(f"rasterize: min_transmittance must be in [0, 1), got {min_transmittance}")
-        check_streaks("rasterize", streaks)
-        check_glaze("rasterize", blend, underpaint, streaks)
+        if not 0 <= options.min_transmittance < 1:
+            got = options.min_transmittance
+            raise ValueError(f"rasterize: min_transmittance must be in [0, 1), got {got}")
+        check_streaks("rasterize", options.streaks)
+        check_glaze("rasterize", options.blend, options.underpaint, options.streaks)
         if relief:
             check_relief("rasterize", boxes)
-        depth_test = depth_test_arguments("rasterize", boxes, in_front_of, self.part.height, self.part.width)
-        threads = num_threads_or_default(num_threads)
-        is_image, is_glaze = brushes.kind == "image", blend == "glaze"
+        depth_test = depth_test_arguments(
+            "rasterize", boxes, options.in_front_of, self.part.height, self.part.width
+        )
+        threads = num_threads_or_default(options.num_threads)
+        is_image, is_glaze = brushes.kind == "image", options.blend == "glaze"
         is_soft = boxes.softness is not None and is_image and not is_glaze
-        streaks = streaks if is_image else 0.0
+        streaks = options.streaks if is_image else 0.0
         boxes, self.exponent = _in_plain_range(boxes) if is_soft else (boxes, 0)
         self.boxes, self.relief, self.size = boxes, relief, (height, width)
         named = {} if is_glaze else boxes.attributes()
-        self.attributes = {name: a for name, a in named.items() if depth or name != "depth"}
+        self.attributes = {name: a for name, a in named.items() if options.depth or name != "depth"}
         self.levels = levels_for("rasterize", boxes, brushes, filter, heights=relief, num_threads=threads)
         self.of_core: dict[str, Any] = {
             "kernel": kernel_of(brushes, filter),
             "levels": self.levels.packed,
-            "min_transmittance": float(min_transmittance),
+            "min_transmittance": float(options.min_transmittance),
             "num_threads": threads,
             "boxes": box_arrays(
                 boxes,
@@ -285,8 +262,8 @@ class RasterArguments:
                 colors=glaze_colors(boxes) if is_glaze else boxes.colors,
                 softness=boxes.softness if is_soft else None,
                 reliefs=boxes.reliefs if relief else None,
-                **underpaint_arguments("rasterize", boxes, brushes, underpaint),
-                **streak_arguments(boxes, streaks, brushes, dpi=dpi, relief=relief),
+                **underpaint_arguments("rasterize", boxes, brushes, options.underpaint),
+                **streak_arguments(boxes, streaks, brushes, dpi=options.dpi, relief=relief),
                 **depth_test,
             ),
         }

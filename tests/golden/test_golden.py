@@ -11,7 +11,7 @@ import pytest
 
 from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.formats.pictures.oiio import quantise
-from brushgs.rendering.canvas import Canvas
+from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.light import light
 from brushgs.rendering.options import RenderOptions
@@ -47,7 +47,7 @@ def canvas_frame(case: Case, boxes: Boxes, num_threads: int) -> Frame:
     """The boxes laid on a surface, as paintings are."""
     relief = None if case.lamp is None else Relief()
     options = RenderOptions.of(case.texture, filter=case.filter, relief=relief, num_threads=num_threads)
-    canvas = Canvas(still_life_camera(width=WIDTH, height=HEIGHT), case.surface())
+    canvas = Painting((), case.surface()).canvas(still_life_camera(width=WIDTH, height=HEIGHT))
     canvas.lay(Coat("golden", scene(NUM_STROKES), case.texture, options, blend=case.blend), boxes)
     return canvas.finish(case.lamp)
 

@@ -36,7 +36,7 @@ def write(path: Path, shot: Shot | None) -> Path:
         write_frame(picture(), path, (1.0, 1.0, 1.0), shot=shot)
         return path
     bits = choose_encoding(path).bits
-    with open_video(path, width=32, height=24, fps=8) as video:
+    with open_video(path, choose_encoding(path), width=32, height=24, fps=8) as video:
         if text := metadata_text(shot):
             video.describe(text)
         for seed in range(3):

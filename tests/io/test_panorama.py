@@ -5,6 +5,7 @@ import numpy as np
 import OpenImageIO
 import pytest
 
+from brushgs.formats.pictures.encoding import choose_encoding
 from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.formats.pictures.panorama import mark_video
 from brushgs.formats.pictures.video import open_video
@@ -47,7 +48,9 @@ def test_open_exr_files_are_environment_maps(tmp_path):
 
 def video(path, panorama, **options):
     rng = np.random.default_rng(0)
-    with open_video(path, width=64, height=32, fps=12, panorama=panorama, **options) as reel:
+    with open_video(
+        path, choose_encoding(path, **options), width=64, height=32, fps=12, panorama=panorama
+    ) as reel:
         reel.describe("a comment")
         for _ in range(5):
             reel.add(rng.integers(0, 255, (32, 64, 3), dtype=np.uint8))

@@ -10,7 +10,7 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 import brushgs as bg
-from brushgs.formats.pictures.encoding import codec_of
+from brushgs.formats.pictures.encoding import choose_encoding, codec_of
 from brushgs.formats.pictures.gif import ColorCounts
 from brushgs.formats.pictures.oiio import spread_colors
 from brushgs.formats.pictures.video import open_video, padded_size
@@ -44,7 +44,8 @@ def film(path: Path, frames: list[np.ndarray], fps: float = 24, **options: bool 
     """A video of frames of 8 bits; formats of more bits get the same values in 16."""
     height, width, channels = frames[0].shape
     bits = options.get("bits") or codec_of(path, options.get("codec")).bits[0]
-    with open_video(path, width=width, height=height, fps=fps, transparent=channels == 4, **options) as reel:
+    encoding = choose_encoding(path, transparent=channels == 4, **options)
+    with open_video(path, encoding, width=width, height=height, fps=fps) as reel:
         for pixels in frames:
             reel.add(pixels if bits == 8 else pixels.astype(np.uint16) * 257)
         reel.finish()
@@ -173,7 +174,7 @@ def test_a_video_that_is_not_finished_leaves_what_was_there(tmp_path, suffix, er
     path.write_text("old")
 
     def stop():
-        with open_video(path, width=WIDTH, height=HEIGHT, fps=24) as reel:
+        with open_video(path, choose_encoding(path), width=WIDTH, height=HEIGHT, fps=24) as reel:
             reel.add(moving_picture()[0])
             raise error
 

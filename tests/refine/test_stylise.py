@@ -70,7 +70,7 @@ def styled(painting, strokes, views, drawing):
         pixels = torch.from_numpy(painting).permute(2, 0, 1).contiguous()
         style = NearestStyle(features(pixels), pixels)
         schedule = FitSchedule(steps, rates=RATES)
-        return stylise(Variables(start, params), *views, style, painting, drawing, schedule)
+        return stylise(Variables(start, params), views, style, painting, drawing, schedule)
 
     return run
 

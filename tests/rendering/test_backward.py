@@ -11,8 +11,8 @@ from brushgs.brushes.levels import level_coverage, level_gradient, unrounded_cov
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.backward import BOX_COLUMNS, rasterize_backward
-from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
-from brushgs.rendering.rasterize import rasterize, rasterize_traced
+from brushgs.rendering.constants import MAX_ALPHA
+from brushgs.rendering.rasterize import RasterOptions, rasterize, rasterize_traced
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
@@ -236,9 +236,8 @@ def test_float32_is_close_to_float64_also_under_many_layers():
 
 
 def traced(boxes: Boxes, texture, **how):
-    how = {"filter": "bilinear", "depth": True, "underpaint": None, "streaks": 0.0} | how
-    options = {"min_transmittance": MIN_TRANSMITTANCE, "num_threads": 2}
-    return rasterize_traced(boxes, BrushSet.of(texture), **how, **options)
+    options = RasterOptions(**{"filter": "bilinear", "num_threads": 2} | how)
+    return rasterize_traced(boxes, BrushSet.of(texture), options)
 
 
 @for_each(("words", "dtype"), pairs_of([*PATHS, *(f"{path} layered" for path in IMAGES)], DTYPES))

@@ -31,6 +31,7 @@ class Encoding:
 
     bits: int  # per channel
     has_alpha: bool  # whether alpha is stored
+    codec: str | None = None  # of a video: a name in `VIDEO_CODECS`; None for the default of the suffix
 
 
 _NEEDS = {
@@ -82,7 +83,7 @@ def choose_encoding(
         others = listed([Path(path).with_suffix(suffix).name for suffix in suffixes])
         fact = f"background must not be transparent in {Path(path).name}, whose format holds no transparency"
         raise ValueError(f"{fact}; choose a color, or write {others}")
-    return Encoding(_bits(path, offer, bits), transparent)
+    return Encoding(_bits(path, offer, bits), transparent, codec)
 
 
 def video_format_of(path: str | Path) -> Format:

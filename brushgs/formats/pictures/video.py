@@ -8,10 +8,15 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 from brushgs.formats.files import replacing
-from brushgs.formats.pictures.encoding import choose_encoding, codec_of, frame_rate, video_format_of
+from brushgs.formats.pictures.encoding import (
+    Encoding,
+    choose_encoding,
+    codec_of,
+    frame_rate,
+    video_format_of,
+)
 from brushgs.formats.pictures.libav import OF_QUICKTIME, Film, VideoWriter, as_scene_error
 from brushgs.formats.pictures.oiio import Background, video_pixels
 from brushgs.formats.pictures.panorama import mark_video
@@ -99,14 +104,12 @@ def save_video(
     behind: Background = None if isinstance(background, str) else background
     if isinstance(background, str):
         behind = None if background.lower() == "transparent" else rgb_of(background)
-    transparent = behind is None
-    encoding = choose_encoding(path, codec=codec, bits=bits, transparent=transparent)
+    encoding = choose_encoding(path, codec=codec, bits=bits, transparent=behind is None)
     first = next(rest, None)
     if first is None:
         raise ValueError("save_video: frames must hold at least one, got none")
     height, width = first.alpha.shape
-    options: dict[str, Any] = {"loops": loops, "codec": codec, "bits": bits, "transparent": transparent}
-    with open_video(path, width=width, height=height, fps=fps, **options) as video:
+    with open_video(path, encoding, width=width, height=height, fps=fps, loops=loops) as video:
         for frame in chain([first], rest):
             if frame.alpha.shape != (height, width):
                 size = f"{frame.alpha.shape[1]}x{frame.alpha.shape[0]}"
@@ -117,14 +120,12 @@ def save_video(
 @contextmanager
 def open_video(
     path: str | Path,
+    encoding: Encoding,
     *,
     width: int,
     height: int,
     fps: float,
     loops: bool = False,
-    codec: str | None = None,
-    bits: int | None = None,
-    transparent: bool = False,
     panorama: Panorama | None = None,
 ) -> Iterator[VideoWriter]:
     """Write a video; the file appears when the block ends without an error, else no file remains.
@@ -134,22 +135,19 @@ def open_video(
     colors, computed from all frames, and an ordered dither, which does not flicker in still areas.
 
     Args:
-        path: see `save_video`, also for `fps`, `loops`, `codec` and `bits`.
+        path: see `save_video`, also for `fps` and `loops`.
+        encoding: of `choose_encoding` for the path. The writer takes frames from `video_pixels`.
         width: of the frames, pixels; see `padded_size`.
         height: of the frames, pixels.
         fps: at most 50 for a GIF, whose delays are rounded to 1/100 s.
         loops: only for GIF; other formats leave it to players.
-        codec: one of those of the suffix; None for its default.
-        bits: per channel; None for the default of the codec.
-        transparent: whether frames have alpha. The writer takes frames from `video_pixels`.
         panorama: tags for players of spherical or stereo video; .gif has none, .mkv and .webm only stereo.
 
     Raises:
         ValueError: if the suffix, `fps`, the size or another option is not supported.
         SceneError: if the file cannot be written.
     """
-    path = Path(path)
-    encoding = choose_encoding(path, codec=codec, bits=bits, transparent=transparent)
+    path, codec = Path(path), encoding.codec
     check_rate(path, fps)
     check_size(path, width, height, codec)
     open_writer = function_of(codec_of(path, codec).write)

@@ -168,11 +168,10 @@ def painted_stage(
     return stage_strokes(
         stage.place,
         stage.surface,
-        stage.shadow,
+        (stage.shadow, *stage.others),
         stage.tones,
         brushwork,
         cameras,
-        others=stage.others,
         ground=stage.ground,
         seed=seed,
     )

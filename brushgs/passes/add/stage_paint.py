@@ -65,12 +65,11 @@ class Brushwork:
 def stage_strokes(
     place: Place,
     surface: Surface,
-    shadow: Shadow,
+    shadows: Sequence[Shadow],
     tones: Tones,
     brushwork: Brushwork,
     cameras: Sequence[Camera],
     *,
-    others: Sequence[Shadow] = (),
     ground: Ground | None = None,
     seed: int = 0,
 ) -> Gaussians:
@@ -79,14 +78,14 @@ def stage_strokes(
     Args:
         place: of the subject.
         surface: to paint on.
-        shadow: of the subject.
+        shadows: of the subject, then at other times, where strokes are fine too.
         tones: of table and wall.
         brushwork: how strokes are painted.
         cameras: of the job, at least one; sizes of strokes refer to their pictures.
-        others: shadows at other times, where strokes are fine too.
         ground: of the scene itself, or None.
         seed: of the jitter.
     """
+    shadow = shadows[0]
     g, of_broad, of_fine = np.random.default_rng([seed, 7]).spawn(3)
     usual = _sizes(surface, place, cameras)
     if brushwork.manner is not None:
@@ -97,7 +96,6 @@ def stage_strokes(
     # Fine strokes keep the shape of the shadow, even if other strokes are large.
     fine_usual = usual * FINE * min(brushwork.size, 1.0)
     fine, fine_sizes = _laid(surface, fine_usual, of_fine, until=REACH * place.radius)
-    shadows = (shadow, *others)
     kept = [~_is_shaded(broad, shadows, brushwork), _is_shaded(fine, shadows, brushwork)]
     spots = Spots(*(np.concatenate([a[kept[0]], b[kept[1]]]) for a, b in zip(broad, fine, strict=True)))
     sizes = np.concatenate([broad_sizes[kept[0]], fine_sizes[kept[1]]])

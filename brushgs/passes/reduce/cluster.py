@@ -26,10 +26,10 @@ from brushgs.passes.reduce.lloyd import Clusters, lloyd
 from brushgs.passes.reduce.merge import OVERLAP, merge_clusters
 from brushgs.passes.reduce.minibatch import minibatch
 from brushgs.passes.reduce.pure import keep_pure
-from brushgs.passes.reduce.split import FIRST_SHARE, NUM_ROUNDS, split
+from brushgs.passes.reduce.split import FIRST_SHARE, NUM_ROUNDS, Target, split
 from brushgs.passes.seen import Seen, seen_in
 from brushgs.rendering.plain import PlainViews
-from brushgs.values.arrays import check
+from brushgs.values.arrays import F32, check
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
@@ -170,20 +170,9 @@ def group(
     gaussians = replace(gaussians, finest=finest)  # the same for all clusters
     seen = None if plain is None else seen_in(gaussians, plain)
     if plain is not None and seen is not None:
-        return _group_seen(
-            seen,
-            plain,
-            num_strokes,
-            chosen,
-            reason,
-            features,
-            seed,
-            focus,
-            worth_keeping,
-            motion,
-            economy,
-            cameras,
-        )
+        target = Target(plain, num_strokes, focus, worth_keeping, economy, cameras)
+        points = _points(seen.gaussians, features, motion)
+        return _group_seen(seen, points, target, chosen, reason, seed)
     points = _points(gaussians, features, motion)
     # Not reused from pruning: without the pruned rows the visible shares differ. With the shares of the whole
     # scene strokes are up to 0.6 dB worse (biker, 250) or 0.3 dB better (skull, 250), over six scenes 0.02 dB
@@ -206,49 +195,23 @@ def group(
     )
 
 
-def _group_seen(
-    seen: Seen,
-    views: PlainViews,
-    num_strokes: int,
-    method: str,
-    reason: str,
-    features: Features,
-    seed: int,
-    focus: NDArray[np.float64] | None,
-    worth_keeping: Callable[[Gaussians], NDArray[np.bool_]] | None,
-    motion: NDArray[np.float32] | None,
-    economy: float,
-    cameras: Sequence[Camera],
-) -> Grouping:
-    """Clusters of Gaussians by their visibility in views."""
-    gaussians, weights = seen.gaussians, seen.weights(focus)
-    points = _points(gaussians, features, motion)
+def _group_seen(seen: Seen, points: F32, target: Target, method: str, reason: str, seed: int) -> Grouping:
+    """Clusters of Gaussians by their visibility in views; `points` [N, D] are in feature space."""
+    gaussians, weights, economy = seen.gaussians, seen.weights(target.focus), target.economy
     # Merged colors are weighted by opacity x area x this, the visible area.
     areas = seen_areas(gaussians)
     largest = gaussians.opacities * areas
     visible = seen.areas / np.maximum(largest, largest.max() * 1e-12)
     visible = np.maximum(visible, visible.max() * 1e-12)
-    first = max(1, round(first_share(economy, FIRST_SHARE) * num_strokes))
+    first = max(1, round(first_share(economy, FIRST_SHARE) * target.num_strokes))
     found = STARTS[method](points, weights, first, seed=seed)
     found = keep_pure(found, points, weights, gaussians, first)
 
     def merged(labels: NDArray[np.intp]) -> Gaussians:
         return merge_clusters(gaussians, labels, overlap=OVERLAP, visible=visible, areas=areas)
 
-    rounds = split(
-        found.labels,
-        merged,
-        points,
-        spans_of(gaussians, points),
-        weights,
-        views,
-        num_strokes,
-        worth_keeping=worth_keeping,
-        focus=focus,
-        num_rounds=NUM_ROUNDS if economy == 0 else ECONOMIC_ROUNDS,
-        economy=economy,
-        cameras=cameras,
-    )
+    spans, num_rounds = spans_of(gaussians, points), NUM_ROUNDS if economy == 0 else ECONOMIC_ROUNDS
+    rounds = split(found.labels, merged, points, spans, weights, target, num_rounds)
     labels, parents = next(rounds), []
     for after in rounds:
         parents.append(_parents(labels, after))

@@ -9,6 +9,7 @@ there they stay).
 """
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +24,7 @@ from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.view_by_view import view_by_view
 from brushgs.rendering.visibility import painted_shares
-from brushgs.values.arrays import F32, F64, Array
+from brushgs.values.arrays import F32, F64, Array, Mask
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
@@ -39,22 +40,39 @@ LEAST_SPAN = 0.1
 Labels = NDArray[np.intp]
 
 
+@dataclass(frozen=True, eq=False)
+class Target:
+    """When clusters are cut, and how many strokes there should be.
+
+    Attributes:
+        views: of the scene.
+        num_strokes: >= 1.
+        focus: [N] > 0, factor on the errors of clusters by their members; None is 1.
+        worth_keeping: from k strokes to a mask [k] of those to keep; others do not count toward the target.
+            None keeps all.
+        economy: 0 to 1, share of errors as seen from the viewing distance, see `brushgs.passes.form.economy`:
+            clusters without any are not cut.
+        cameras: views in which strokes that are too long are cut first, see `brushgs.passes.form.slabs`.
+    """
+
+    views: PlainViews
+    num_strokes: int
+    focus: F64 | None = None
+    worth_keeping: Callable[[Gaussians], Mask] | None = None
+    economy: float = 0.0
+    cameras: Sequence[Camera] = ()
+
+
 def split(
     labels: NDArray[np.int32],
     merged: Callable[[Labels], Gaussians],
     points: Array,
     spans: F32,
     weights: F64,
-    views: PlainViews,
-    num_strokes: int,
-    *,
-    focus: F64 | None = None,
-    worth_keeping: Callable[[Gaussians], NDArray[np.bool_]] | None = None,
+    target: Target,
     num_rounds: int = NUM_ROUNDS,
-    economy: float = 0.0,
-    cameras: Sequence[Camera] = (),
 ) -> Iterator[Labels]:
-    """Cut clusters until there are `num_strokes`.
+    """Cut clusters until there are as many strokes as the target says.
 
     Args:
         labels: [N] of the clusters to start from, 0 to k - 1, each in use.
@@ -62,27 +80,22 @@ def split(
         points: [N, D] the Gaussians in feature space; the first three numbers are positions.
         spans: [N, 3, 3] half axes of the Gaussians in that space, as columns.
         weights: [N] of the Gaussians, > 0.
-        views: of the scene.
-        num_strokes: >= 1, the target.
-        focus: [N] > 0, factor on the errors of clusters by their members; None is 1.
-        worth_keeping: from k strokes to a mask [k] of those to keep; others do not count toward the target.
-            None keeps all.
+        target: see `Target`.
         num_rounds: >= 1.
-        economy: 0 to 1, share of errors as seen from the viewing distance, see `brushgs.passes.form.economy`:
-            clusters without any are not cut.
-        cameras: views in which strokes that are too long are cut first, see `brushgs.passes.form.slabs`.
 
     Yields:
         [N] labels, 0 to k' - 1, each in use: the initial ones, and those after each round. The final number
         is below the target only if nothing is left to cut: no error, or no cluster of different points.
     """
+    views, economy, focus = target.views, target.economy, target.focus
     found = np.asarray(labels, dtype=np.intp)
     yield found
     seen = [ViewingError.of(frame) for frame in views.frames] if economy > 0 else []
     for remaining in range(num_rounds, 0, -1):
         strokes = merged(found)
+        worth_keeping = target.worth_keeping
         is_kept = np.ones(len(strokes), bool) if worth_keeping is None else worth_keeping(strokes)
-        num_missing = num_strokes - np.count_nonzero(is_kept)
+        num_missing = target.num_strokes - np.count_nonzero(is_kept)
         if num_missing <= 0:
             break
         step = 2 if economy and remaining > NUM_LAST_ROUNDS else 1
@@ -91,7 +104,7 @@ def split(
         if focus is not None:
             totals, sums = Groups.of(found, len(strokes)).totals_and_sums(focus[:, None], weights)
             errors *= sums[:, 0] / totals
-        errors[too_long(strokes, cameras)] += errors.max(initial=0.0)
+        errors[too_long(strokes, target.cameras)] += errors.max(initial=0.0)
         errors[np.bincount(found, minlength=len(strokes)) < 2] = 0
         errors[errors < economy * LEAST * SEEN[1] ** 2 * len(some)] = 0
         worst = np.argsort(-errors, kind="stable")[: -(-num_missing // remaining)]

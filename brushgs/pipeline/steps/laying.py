@@ -40,6 +40,7 @@ from brushgs.pipeline.regions import Regions
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Later, Memory, anew, makes, unless
 from brushgs.pipeline.stroke_changes import StrokeChanges
+from brushgs.pipeline.stroke_pass import nearest_rows
 from brushgs.pipeline.styling import Contour, Styles
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
@@ -241,17 +242,10 @@ def edged(
     """The strokes with lost and found edges, and the role of each in them."""
     near = cameras if plain_views is None or is_path else plain_views.cameras[:NEAR_VIEWS]
     ground = None if site is None else site.ground
-    return with_edges(
-        painted_with,
-        near,
-        backdrop,
-        standing,
-        report,
-        gaussians=pruned,
-        focus=focus,
-        ground=ground,
-        losing=reader_of(mapped, "edge", pruned),
-    )
+    focus_of = None if focus is None else lambda strokes: focus[nearest_rows(pruned, strokes)]
+    losing = reader_of(mapped, "edge", pruned)
+    around = painted_with, near, backdrop, standing, report
+    return with_edges(*around, focus=focus_of, ground=ground, losing=losing)
 
 
 @anew
