@@ -10,20 +10,21 @@ class SceneError(ValueError):
 
     Attributes:
         path: the file.
+        message: the sentence without the file.
     """
 
     def __init__(self, path: str | Path, message: str) -> None:
         self.path = Path(path)
         # Messages quote file contents: keep control codes and long texts away from the terminal.
         message = "".join(c if c.isprintable() else "?" for c in message[: _MAX_LENGTH + 1])
-        self._message = message if len(message) <= _MAX_LENGTH else f"{message[:_MAX_LENGTH]}..."
-        super().__init__(f"{self.path}: {self._message}")
+        self.message = message if len(message) <= _MAX_LENGTH else f"{message[:_MAX_LENGTH]}..."
+        super().__init__(f"{self.path}: {self.message}")
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle by path and message: errors cross processes, and the default would pass the finished
         sentence.
         """
-        return type(self), (self.path, self._message), self.__dict__
+        return type(self), (self.path, self.message), self.__dict__
 
 
 class NoGaussiansError(SceneError):

@@ -231,6 +231,23 @@ def scratch_folder() -> Iterator[Path]:
 
 
 @contextmanager
+def on_disk(path: Path, content: bytes, name: str, what: str) -> Iterator[Path]:
+    """Yield a temporary file with a part of the file `path`, for decoders that read named files only.
+
+    A SceneError about it becomes one about `path`; `what` names the part, such as "its member 'a.webp'".
+    """
+    with scratch_folder() as folder:
+        file = folder / name
+        file.write_bytes(content)
+        try:
+            yield file
+        except SceneError as error:
+            if error.path != file:
+                raise
+            raise SceneError(path, f"{what} {error.message}") from None
+
+
+@contextmanager
 def filling(folder: Path, goes: Callable[[Path], bool]) -> Iterator[Path]:
     """Yield a temporary folder; its files move into `folder` when the block ends without an error.
 

@@ -3,6 +3,7 @@
 from array import array
 from collections.abc import Iterator
 from dataclasses import dataclass
+from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
@@ -120,17 +121,12 @@ def read_obj(path: Path, content: bytes) -> Guides:
 
 def _lines(path: Path, content: bytes) -> Iterator[tuple[int, list[bytes]]]:
     """Yield the number (from 1) and the words of each line; an empty line has one empty word."""
-    at, number = 0, 0
-    while at < len(content):
-        end = content.find(b"\n", at)
-        end = len(content) if end < 0 else end
-        number += 1
+    for number, line in enumerate(BytesIO(content), start=1):
         if number > MAX_LINES:
             raise SceneError(path, f"has more than {MAX_LINES} lines of text; keep only the guides")
-        if end - at > MAX_LINE:
+        if len(line.removesuffix(b"\n")) > MAX_LINE:
             raise SceneError(path, f"line {number} has more than {MAX_LINE} bytes; split it")
-        yield number, content[at:end].split() or [b""]
-        at = end + 1
+        yield number, line.split() or [b""]
 
 
 def _point(path: Path, number: int, words: list[bytes]) -> list[float]:

@@ -12,7 +12,7 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import scratch_folder
+from brushgs.formats.files import on_disk, scratch_folder
 from brushgs.formats.schema import Numbers, as_count, decode, refused, shown
 from brushgs.values.arrays import F64, U8
 
@@ -120,14 +120,8 @@ def png_of(path: Path, place: str, data: bytes, rule: str, max_pixels: int, *, c
     width, height = (int.from_bytes(data[at : at + 4], "big") for at in (16, 20))
     if width * height > max_pixels:
         raise SceneError(path, f"{place} must be {rule}, got one of {width}x{height}; {cure}")
-    with scratch_folder() as folder:
-        picture = folder / "picture.png"
-        picture.write_bytes(data)
-        try:
-            return read_bytes(picture, max_pixels)
-        except SceneError as error:
-            reason = str(error).removeprefix(f"{picture}: ").partition(";")[0]
-            raise SceneError(path, f"{place} must be {rule}, got one that {reason}; {cure}") from None
+    with on_disk(path, data, "picture.png", f"{place} must be {rule}, got one that") as picture:
+        return read_bytes(picture, max_pixels)
 
 
 def pack(values: NDArray[Any], type: str) -> dict[str, Any]:

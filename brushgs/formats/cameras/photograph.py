@@ -13,8 +13,7 @@ from msgspec import Struct
 from brushgs.errors import SceneError
 from brushgs.formats.cameras.read import CameraFile
 from brushgs.formats.cameras.views import Entry
-from brushgs.formats.files import open_plain
-from brushgs.formats.scenes.ply_header import Header, check_size, open_rows, parse_header
+from brushgs.formats.scenes.ply_header import Header, check_size, open_header, read_columns
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 
@@ -23,9 +22,7 @@ COUNTS = {"extrinsic": 16, "intrinsic": 9, "image_size": 2}
 
 def read(path: Path, content: bytes | None) -> CameraFile:
     """Read the camera in a scene file. Raises SceneError if the file is damaged or has no camera."""
-    with open_plain(path, "PLY file", buffering=0) as file:
-        header = parse_header(file, path)
-        size = file.seek(0, 2)
+    header, size = open_header(path)
     camera = camera_in(path, header, size)
     if camera is None:
         listed = ", ".join(element.name for element in header.elements) or "none"
@@ -68,5 +65,4 @@ def _numbers(path: Path, header: Header, name: str, size: int) -> F64:
         got = f"{element.count} of {len(element.names) + len(element.lists)}"
         raise SceneError(path, f"element {name!r} must have {rule}, got {got}; export the scene again")
     check_size(path, header, element, size)
-    with open_rows(path, header, element, element.count) as rows:
-        return np.array(rows.read(0, element.count)[element.names[0]], np.float64)
+    return np.asarray(read_columns(path, header, element, element.names, np.float64)[0])

@@ -165,4 +165,4 @@ def name_beside(path: Path) -> str:
 
 def reason_of(error: SceneError) -> str:
     """Why a file cannot be used, without its path and the cure."""
-    return str(error).removeprefix(f"{error.path}: ").split("; ")[0]
+    return error.message.split("; ")[0]

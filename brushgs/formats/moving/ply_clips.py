@@ -10,23 +10,20 @@ al. 2025, FreeTimeGS, equations 1 and 4; version 1 of the layout of FreeTimeGsVa
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, sqrt
 from pathlib import Path
 
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import open_plain
 from brushgs.formats.moving.formula import NOMINAL_DURATION, NOMINAL_RATE, RawRows, clip_of
 from brushgs.formats.scenes import ply
 from brushgs.formats.scenes.columns import Columns, Encoding
-from brushgs.formats.scenes.ply_header import open_rows, parse_header
+from brushgs.formats.scenes.ply_header import open_header, read_columns
 from brushgs.formats.scenes.rows import SceneFile
 from brushgs.values.arrays import F32
 from brushgs.values.moving import MovingScene
-
-_BLOCK_BYTES = 1 << 21
 
 
 @dataclass(frozen=True)
@@ -49,8 +46,7 @@ def read_timed(path: Path, what: str, names: Sequence[str]) -> TimedPly:
     `what` is the name of the format. Raises SceneError if the file is damaged or lacks a column.
     """
     file = ply.open_scene(path)
-    with open_plain(path, "PLY file", buffering=0) as opened:
-        header = parse_header(opened, path)
+    header, _ = open_header(path)
     vertex = header.find("vertex")
     assert vertex is not None, "open_scene refuses files without"
     for name in names:
@@ -58,26 +54,9 @@ def read_timed(path: Path, what: str, names: Sequence[str]) -> TimedPly:
             rule = f"no property {name!r} among {len(vertex.names)} read, which a {what} has"
             raise SceneError(path, f"{rule}; export it with all of its columns")
     columns, _ = file.read_columns(is_raw=True)
-    more = np.empty((len(names), vertex.count), np.float32)
-    block_rows = max(_BLOCK_BYTES // vertex.dtype.itemsize, 1)
-    with open_rows(path, header, vertex, block_rows) as rows:
-        for start in range(0, vertex.count, block_rows):
-            stop = min(start + block_rows, vertex.count)
-            block = rows.read(start, stop)
-            for index, name in enumerate(names):
-                more[index, start:stop] = block[name]
+    more = read_columns(path, header, vertex, names, np.float32)
     unknown = tuple(name for name in file.unknown if name not in names)
-    layout = f"{what}, {file.format.removeprefix('PLY, ')}"
-    source = SceneFile(
-        path,
-        layout,
-        file.num_rows,
-        file.num_terms,
-        file.open_rows,
-        up=file.up,
-        training=file.training,
-        unknown=unknown,
-    )
+    source = replace(file, format=f"{what}, {file.format.removeprefix('PLY, ')}", unknown=unknown)
     comments = dict(line.partition(" ")[::2] for line in header.comments)
     return TimedPly(source, columns, dict(zip(names, more, strict=True)), comments)
 

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import replacing, scratch_folder
+from brushgs.formats.files import on_disk, replacing
 from brushgs.formats.pictures.images import MAX_PIXELS, check_pixels, encode_frame, read_image, resize
 from brushgs.formats.pictures.oiio import Background
 from brushgs.formats.zip_file import open_zip, read_member
@@ -150,13 +150,8 @@ def _of_ora(path: Path, name: str) -> F32 | None:
             raise SceneError(path, f"is a damaged OpenRaster file ({error}); save it again") from None
         content = _member(path, archive, source, _MAX_LAYER)
     check_pixels(path, width, height, MAX_PIXELS)
-    with scratch_folder() as folder:
-        (folder / "layer.png").write_bytes(content)
-        try:
-            pixels = read_image(folder / "layer.png")
-        except SceneError as error:
-            reason = str(error).removeprefix(f"{folder / 'layer.png'}: ")
-            raise SceneError(path, f"its layer {name!r} {reason}") from None
+    with on_disk(path, content, "layer.png", f"its layer {name!r}") as layer:
+        pixels = read_image(layer)
     return _on_canvas(pixels, place, (width, height), opacity)
 
 

@@ -13,7 +13,7 @@ import msgspec
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import check_plain, exists, read_whole, replacing, scratch_folder
+from brushgs.formats.files import check_plain, exists, on_disk, read_whole, replacing
 from brushgs.formats.pictures.encoding import INSTALL_PYAV
 from brushgs.formats.pictures.images import MAX_PIXELS, find_format, suffixed
 from brushgs.formats.registry import VIDEO_FORMATS, by_suffix, find_written, is_drawing
@@ -83,9 +83,8 @@ def read_metadata(path: Path) -> Metadata | None:
             return None
         from brushgs.formats.pictures.layered import merged_picture
 
-        with scratch_folder() as folder:
-            (folder / "merged.png").write_bytes(merged_picture(path))
-            text = _description(folder / "merged.png")
+        with on_disk(path, merged_picture(path), "merged.png", "its merged picture") as merged:
+            text = _description(merged)
     else:
         film = by_suffix(VIDEO_FORMATS, path)
         text = _description(path) if film is None else _comment(path, film.container)

@@ -4,8 +4,7 @@ The plane lies one unit in front of its camera; up is -y. A quadtree divides the
 variation of lightness stay large.
 """
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import nullcontext
 from math import radians, tan
 from pathlib import Path
 
@@ -14,7 +13,7 @@ import numpy as np
 from brushgs.errors import NoGaussiansError
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.scenes.columns import Columns
-from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
+from brushgs.formats.scenes.rows import RowSource, SceneFile
 from brushgs.values.arrays import F32
 from brushgs.values.camera import Camera
 from brushgs.values.colors import split_alpha
@@ -45,20 +44,16 @@ def open_scene(path: Path) -> SceneFile:
     if len(rows) == 0:
         raise NoGaussiansError(path, "shows nothing: all of it is transparent; give another picture")
 
-    @contextmanager
-    def open_decoder() -> Iterator[Decoder]:
-        def decode(start: int, stop: int, out: Columns) -> None:
-            x, y, side, *rgb, alpha = rows[start:stop].T
-            out.means[:, 0], out.means[:, 1] = (x - 0.5 * width) / focal, (y - 0.5 * height) / focal
-            out.means[:, 2] = 1
-            out.scales[:] = (REACH * side / focal)[:, None] * np.array([1, 1, THIN], np.float32)
-            out.quats[:] = 1, 0, 0, 0
-            out.opacities[:] = OPACITY * alpha
-            out.sh[:, 0] = (np.stack(rgb, axis=1) - 0.5) / C0
+    def decode(start: int, stop: int, out: Columns) -> None:
+        x, y, side, *rgb, alpha = rows[start:stop].T
+        out.means[:, 0], out.means[:, 1] = (x - 0.5 * width) / focal, (y - 0.5 * height) / focal
+        out.means[:, 2] = 1
+        out.scales[:] = (REACH * side / focal)[:, None] * np.array([1, 1, THIN], np.float32)
+        out.quats[:] = 1, 0, 0, 0
+        out.opacities[:] = OPACITY * alpha
+        out.sh[:, 0] = (np.stack(rgb, axis=1) - 0.5) / C0
 
-        yield decode
-
-    source = RowSource(len(rows), 1, open_decoder, block_rows=_BLOCK_ROWS, is_active=True)
+    source = RowSource(len(rows), 1, lambda: nullcontext(decode), block_rows=_BLOCK_ROWS, is_active=True)
     return SceneFile(
         path=path,
         format=f"picture of {width}x{height} pixels, a plane of Gaussians",

@@ -25,8 +25,9 @@ from brushgs.formats.scenes.ply_header import (
     Element,
     Header,
     check_size,
+    open_header,
     open_rows,
-    parse_header,
+    read_columns,
     warn_of_surplus,
 )
 from brushgs.formats.scenes.ply_inria import (
@@ -190,9 +191,7 @@ def open_scene(path: Path) -> SceneFile:
     Raises:
         SceneError: if it is damaged or describes no 3D Gaussian scene.
     """
-    with open_plain(path, "PLY file", buffering=0) as file:
-        header = parse_header(file, path)
-        size = file.seek(0, 2)
+    header, size = open_header(path)
     vertex = header.find("vertex")
     if vertex is None:
         names = ", ".join(element.name for element in header.elements) or "none"
@@ -241,19 +240,15 @@ def read_column(path: Path, name: str) -> tuple[F64, F64]:
     with open_plain(path, "scene file", buffering=0) as file:
         if file.read(3) != b"ply":
             raise SceneError(path, f"is no PLY file, so it has no column {name}; convert the scene to PLY")
-        file.seek(0)
-        header = parse_header(file, path)
-        size = file.seek(0, 2)
+    header, size = open_header(path)
     vertex = header.find("vertex")
     names = () if vertex is None else vertex.names
     if vertex is None or name not in names or not {"x", "y", "z"} <= set(names):
         cure = hint_for(name, names) or f"; it has {', '.join(names[:MOST_SHOWN])}"
         raise SceneError(path, f"has no column {name!r} beside x, y and z{cure}")
     check_size(path, header, vertex, size)
-    with open_rows(path, header, vertex, vertex.count) as reader:
-        rows = reader.read(0, vertex.count)
-        points = np.stack([rows[axis] for axis in "xyz"], axis=1).astype(np.float64)
-        return points, rows[name].astype(np.float64)
+    *points, values = read_columns(path, header, vertex, ("x", "y", "z", name), np.float64)
+    return np.stack(points, axis=1), values
 
 
 def _photograph(path: Path, header: Header, size: int) -> tuple[Camera | None, tuple[str, ...]]:

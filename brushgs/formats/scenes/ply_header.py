@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,6 +108,12 @@ class Header:
         return next((element for element in self.elements if element.name == name), None)
 
 
+def open_header(path: Path) -> tuple[Header, int]:
+    """The header of a PLY file, and the bytes of the file. Raises SceneError as `parse_header` does."""
+    with open_plain(path, "PLY file", buffering=0) as file:
+        return parse_header(file, path), file.seek(0, 2)
+
+
 def parse_header(file: BinaryIO, path: Path) -> Header:
     """Read the header of a PLY file, from its first byte.
 
@@ -188,7 +194,9 @@ def _add_property(path: Path, header: Header, type_name: str, name: str) -> None
     properties.append((name, "f8" if header.is_ascii else order + _TYPES[type_name]))
 
 
+T = TypeVar("T", np.float32, np.float64)
 _LONGEST_LINE = 1 << 16  # bytes; twice a row of the most properties that a header may name
+_COLUMN_BYTES = 1 << 21  # of rows read at a time
 _PIECE = 1 << 18  # bytes of text parsed at a time; words and numbers take forty times as much memory
 
 
@@ -257,6 +265,20 @@ def open_rows(
             yield _AsciiRows(path, file, header, element)
         else:
             yield _BinaryRows(path, file, header, element, block_rows)
+
+
+def read_columns(
+    path: Path, header: Header, element: Element, names: Sequence[str], dtype: type[T]
+) -> NDArray[T]:
+    """[number of names, rows] some columns of an element. Raises SceneError if rows are missing."""
+    columns = np.empty((len(names), element.count), dtype)
+    block_rows = max(_COLUMN_BYTES // max(element.dtype.itemsize, 1), 1)
+    with open_rows(path, header, element, block_rows) as rows:
+        for start in range(0, element.count, block_rows):
+            block = rows.read(start, min(start + block_rows, element.count))
+            for index, name in enumerate(names):
+                columns[index, start : start + len(block)] = block[name]
+    return columns
 
 
 class _BinaryRows:

@@ -21,7 +21,7 @@ from msgspec import Struct
 from numpy.typing import ArrayLike
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import find_within, is_dir, is_plain, open_plain, read_whole, scratch_folder
+from brushgs.formats.files import find_within, is_dir, is_plain, on_disk, open_plain, read_whole
 from brushgs.formats.pictures.images import MAX_PIXELS
 from brushgs.formats.pictures.still import NUM_HEADER_BYTES
 from brushgs.formats.scenes.stored import Stored, parse_content, read_stored
@@ -91,15 +91,8 @@ class _Archive(SceneFiles):
 
     @contextmanager
     def on_disk(self, name: str, most: int) -> Iterator[Path]:
-        content = self._read(name, most)
-        with scratch_folder() as folder:
-            path = folder / "picture.webp"
-            path.write_bytes(content)
-            try:
-                yield path
-            except SceneError as error:  # replace the name of the temporary file
-                message = str(error).removeprefix(f"{path}: ")
-                raise SceneError(self.path, f"its member {name[:100]!r} {message}") from None
+        with on_disk(self.path, self._read(name, most), "picture.webp", f"its member {name[:100]!r}") as path:
+            yield path
 
     def _member(self, name: str) -> zipfile.ZipInfo:
         try:
