@@ -75,7 +75,7 @@ def _header(source: "SceneSource | Clip") -> tuple[int, int, bool]:
         return len(first), first.sh.shape[1], False
     files = open_files(source, source.lod)
     num = sum(file.num_rows for file in files)
-    return num, max(file.num_terms for file in files), all(file.is_strokes for file in files)
+    return num, max(file.num_terms for file in files), all(file.stored.is_strokes for file in files)
 
 
 def _estimate(

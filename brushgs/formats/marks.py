@@ -24,28 +24,17 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import read_whole, replacing
-from brushgs.formats.packed import (
-    PackedArray,
-    Picture,
-    array_of,
-    check_begin,
-    pack,
-    picture_of,
-    png_of,
-    written_json,
-)
-from brushgs.formats.schema import decode, refused
+from brushgs.formats.packed import CORRECT, JsonFile, PackedArray, Picture, array_of, pack, picture_of, png_of
+from brushgs.formats.schema import refused
 from brushgs.values.arrays import U8
 from brushgs.values.marks import MOST, MOST_ROWS, MOST_TILE, Combs, Density, Erased, Marks, Overpaint, Patches
 
-MARK, VERSION = "marks", 1
 MARKS_SUFFIX = ".marks"
 MAX_BYTES = 1 << 25
 MAX_ATLAS = 1 << 24  # pixels: 64 MiB in memory
 ATLAS_WIDTH = 1024
 CURE = "give a file that `brushgs adopt` wrote"
-_CURE, _SMALLER = "correct it", "paint over a smaller picture, or keep less in one file"
+_SMALLER = "paint over a smaller picture, or keep less in one file"
 _KINDS: dict[str, type[Patches]] = {"marks": Marks, "erased": Erased, "combs": Combs, "density": Density}
 
 
@@ -68,22 +57,19 @@ class _File(Struct, forbid_unknown_fields=True):
     density: _Columns | None = None
 
 
+_FORMAT = JsonFile("marks", _File, "file of marks", MARKS_SUFFIX, MAX_BYTES, CURE)
+
+
 def read_marks(path: str | Path) -> Overpaint:
     """Read a file of marks, whatever its name.
 
     Raises SceneError if there is no such regular file, it is larger than 32 MiB, is no file of marks, has a
     later version, or a field is missing, unknown or wrong; the message names the field.
     """
-    path = Path(path)
-    return marks_of(path, read_whole(path, MAX_BYTES, "file of marks"))
+    return _overpaint(Path(path), _FORMAT.read(Path(path)))
 
 
-def marks_of(path: Path, content: bytes) -> Overpaint:
-    """Parse the content of a file of marks. Raises as `read_marks` does."""
-    if content and not content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
-        raise SceneError(path, f"is no file of marks; {CURE}")
-    check_begin(path, content, "file of marks", MARK, VERSION, cure=CURE, later="update brushgs")
-    file = decode(path, content, _File, _CURE)
+def _overpaint(path: Path, file: _File) -> Overpaint:
     found: dict[str, Any] = {}
     for name, kind in _KINDS.items():
         columns = getattr(file, name)
@@ -99,20 +85,20 @@ def _patches(path: Path, place: str, kind: type[Patches], columns: _Columns, mor
     """Patches of one kind from their columns, with extra fields `more`."""
     if set(columns) | set(kind.OPTIONAL) != set(kind.COLUMNS):
         rule = f"have the fields {', '.join(kind.COLUMNS)}"
-        raise SceneError(path, f"{place} must {rule}, got {', '.join(sorted(columns))[:80]}; {_CURE}")
+        raise SceneError(path, f"{place} must {rule}, got {', '.join(sorted(columns))[:80]}; {CORRECT}")
     found: dict[str, Any] = {}
     count: int | None = None
     for name, (shape, _) in kind.COLUMNS.items():
         if name not in columns:
             continue
-        found[name] = array_of(path, f"{place}.{name}", columns[name], (count, *shape), MOST, cure=_CURE)
+        found[name] = array_of(path, f"{place}.{name}", columns[name], (count, *shape), MOST)
         count = len(found[name])
         if count > MOST_ROWS:
-            raise refused(path, f"{place}.{name}", f"at most {MOST_ROWS} rows", count, _CURE)
+            raise refused(path, f"{place}.{name}", f"at most {MOST_ROWS} rows", count, CORRECT)
     try:
         return kind(**found, **more)
     except ValueError as error:
-        raise SceneError(path, f"{place}.{error}; {_CURE}") from None
+        raise SceneError(path, f"{place}.{error}; {CORRECT}") from None
 
 
 def _images(path: Path, atlas: _Atlas | None) -> tuple[U8, ...]:
@@ -121,19 +107,19 @@ def _images(path: Path, atlas: _Atlas | None) -> tuple[U8, ...]:
         return ()
     rule = f"a PNG of 8 bits of red, green, blue and alpha with at most {MAX_ATLAS} pixels"
     place = "atlas.picture.data"
-    pixels = png_of(path, place, atlas.picture.data, rule, MAX_ATLAS, cure=_CURE)
+    pixels = png_of(path, place, atlas.picture.data, rule, MAX_ATLAS, cure=CORRECT)
     height, width, channels = pixels.shape
     if channels != 4:
-        raise SceneError(path, f"{place} must be {rule}, got {channels} channels; {_CURE}")
-    places = array_of(path, "atlas.places", atlas.places, (None, 4), MAX_ATLAS, cure=_CURE)
+        raise SceneError(path, f"{place} must be {rule}, got {channels} channels; {CORRECT}")
+    places = array_of(path, "atlas.places", atlas.places, (None, 4), MAX_ATLAS)
     if len(places) > MOST_ROWS:
-        raise refused(path, "atlas.places", f"at most {MOST_ROWS} rows", len(places), _CURE)
+        raise refused(path, "atlas.places", f"at most {MOST_ROWS} rows", len(places), CORRECT)
     left, top, wide, high = places.T
     fits = (places == np.rint(places)).all(axis=1) & (left >= 0) & (top >= 0) & (wide >= 1) & (high >= 1)
     fits &= (left + wide <= width) & (top + high <= height) & (np.maximum(wide, high) <= MOST_TILE)
     if not fits.all():
         rule = f"rectangles in the picture of {width}x{height} of at most {MOST_TILE} texels a side"
-        raise refused(path, "atlas.places", rule, places[~fits][0].tolist(), _CURE)
+        raise refused(path, "atlas.places", rule, places[~fits][0].tolist(), CORRECT)
     return tuple(np.ascontiguousarray(pixels[y : y + h, x : x + w]) for x, y, w, h in places.astype(int))
 
 
@@ -149,18 +135,7 @@ def write_marks(overpaint: Overpaint, path: str | Path) -> None:
             written.
         SceneError: if the file cannot be written.
     """
-    path = Path(path)
-    if path.suffix.lower() != MARKS_SUFFIX:
-        rule = f"marks must be written to a file *{MARKS_SUFFIX}"
-        raise ValueError(f"{rule}, got {str(path)!r}; change the suffix")
-    content = content_of(overpaint, path)
-    with replacing(path) as temporary:
-        temporary.write_bytes(content)
-
-
-def content_of(overpaint: Overpaint, path: Path) -> bytes:
-    """The bytes of a file of marks. Raises ValueError if they cannot be read back; `path` is for messages."""
-    value: dict[str, Any] = {"brushgs": MARK, "version": VERSION}
+    value: dict[str, Any] = {}
     if overpaint.time is not None:
         value["time"] = float(overpaint.time)
     for name, kind in _KINDS.items():
@@ -170,10 +145,10 @@ def content_of(overpaint: Overpaint, path: Path) -> bytes:
         value[name] = {column: pack(getattr(patches, column), "float32") for column in kind.COLUMNS}
         if isinstance(patches, Marks) and patches.images:
             value["atlas"] = _atlas(patches.images, path)
-    return written_json(path, value, "marks", MAX_BYTES, marks_of, cure=_SMALLER)
+    _FORMAT.write(path, value, _overpaint, _SMALLER)
 
 
-def _atlas(images: tuple[U8, ...], path: Path) -> dict[str, Any]:
+def _atlas(images: tuple[U8, ...], path: str | Path) -> dict[str, Any]:
     """JSON of an atlas with the tiles packed in shelves, the highest first."""
     places = np.zeros((len(images), 4), int)
     left = top = shelf = 0
@@ -190,4 +165,4 @@ def _atlas(images: tuple[U8, ...], path: Path) -> dict[str, Any]:
     picture = np.zeros((*size, 4), np.uint8)
     for (x, y, w, h), image in zip(places, images, strict=True):
         picture[y : y + h, x : x + w] = image
-    return {"places": pack(places, "float32"), "picture": picture_of(picture, "RGBA")}
+    return {"places": pack(places, "float32"), "picture": picture_of(picture)}

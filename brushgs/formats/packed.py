@@ -1,24 +1,27 @@
-"""Read and write arrays and pictures within JSON, as lists of numbers or base64; reading checks bounds."""
+"""Formats of our own in JSON: arrays and pictures are lists of numbers or base64; reading checks bounds."""
 
 import base64
 import json
 from collections.abc import Callable
+from dataclasses import dataclass
 from math import prod
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Generic, Literal, TypeVar
 
 import numpy as np
 from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import on_disk, scratch_folder
+from brushgs.formats.files import on_disk, open_plain, replacing
 from brushgs.formats.schema import Numbers, as_count, decode, refused, shown
 from brushgs.values.arrays import F64, U8
 
 DTYPES = {"uint8": "|u1", "int8": "|i1", "float16": "<f2", "float32": "<f4"}
 ONE = {"uint8": 255, "int8": 127}  # the integer that encodes 1
 MAX_SIDE = 3_000_000  # of an array
+CORRECT = "correct it"  # what to do about a wrong field
+_VERSION = 1  # the latest version that is read
 _PNG = b"\x89PNG\r\n\x1a\n"
 # Straight alpha: colors are kept even where alpha is 0.
 _PNG_ATTRIBUTES = {"png:compressionLevel": 9, "oiio:UnassociatedAlpha": 1}
@@ -58,56 +61,97 @@ class Picture(Struct, forbid_unknown_fields=True):
     data: bytes
 
 
+T = TypeVar("T")
+
+
 class _Begin(Struct):
     brushgs: Any = None
     version: Any = None
 
 
-def check_begin(
-    path: Path, content: bytes, what: str, mark: str, version: int, *, cure: str, later: str
-) -> None:
-    """Check that JSON has "brushgs": `mark` and a version that can be read.
+@dataclass(frozen=True)
+class JsonFile(Generic[T]):
+    """A format of our own: a JSON object that begins with "brushgs": `mark` and "version": 1."""
 
-    Args:
-        path: the file, for messages.
-        content: its bytes.
-        what: the expected file in words, such as "style file".
-        mark: expected value of "brushgs".
-        version: the latest version that is read.
-        cure: what to do about another kind of file.
-        later: what to do about a later version.
+    mark: str
+    schema: type[T]
+    what: str  # the file in words, such as "style file"
+    suffix: str
+    most: int  # bytes
+    cure: str  # what to do about another kind of file
+    later: str = "update brushgs"  # what to do about a later version
+    other: str = ""  # what to do about a file that is no JSON, if not `cure`
 
-    Raises:
-        SceneError: if the content is no JSON, another kind of file, or of a later version.
-    """
-    begin = decode(path, content, _Begin, cure, has_names=True)
-    if begin.brushgs != mark:
-        raise SceneError(path, f'is no {what} (it does not begin with "brushgs": "{mark}"); {cure}')
-    number = as_count(begin.version, 1_000_000)
-    if not number:
-        raise SceneError(path, f"'version' must be {version}, got {shown(begin.version)}; {cure}")
-    if number > version:
-        fact = f"is of version {number}, and this brushgs reads up to version {version}"
-        raise SceneError(path, f"{fact}; {later}")
+    def read(self, path: Path) -> T:
+        """The content of a file of any name.
+
+        Raises SceneError if there is no such regular file, it is too large, is another kind of file, has a
+        later version, or a field is missing, unknown or wrong; the message names the field.
+        """
+        with open_plain(path, self.what) as file:
+            try:
+                return self.parse(path, file.read(self.most + 1))
+            except OSError as error:
+                raise SceneError(path, f"cannot be read ({error.strerror}); check the path") from None
+
+    def parse(self, path: Path, content: bytes) -> T:
+        """The content of some bytes; `path` is for messages. Raises as `read` does."""
+        if content and not content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
+            raise SceneError(path, f"is no {self.what}; {self.other or self.cure}")
+        if len(content) > self.most:
+            rule = f"a {self.what} must have at most {self.most / 1e6:.3g} MB"
+            raise SceneError(path, f"{rule}, got more; {self.cure}")
+        begin = decode(path, content, _Begin, self.cure, has_names=True)
+        if begin.brushgs != self.mark:
+            fact = f'is no {self.what} (it does not begin with "brushgs": "{self.mark}")'
+            raise SceneError(path, f"{fact}; {self.cure}")
+        number = as_count(begin.version, 1_000_000)
+        if not number:
+            raise SceneError(path, f"'version' must be {_VERSION}, got {shown(begin.version)}; {self.cure}")
+        if number > _VERSION:
+            fact = f"is of version {number}, and this brushgs reads up to version {_VERSION}"
+            raise SceneError(path, f"{fact}; {self.later}")
+        return decode(path, content, self.schema, CORRECT, has_names=True)
+
+    def write(
+        self, path: str | Path, value: dict[str, Any], made_of: Callable[[Path, T], object], cure: str
+    ) -> None:
+        """Write the fields of an object; the file appears when it is complete.
+
+        Raises ValueError if the suffix is wrong, it is too large (`cure` is for that), or it could not be
+        read back, by `made_of`; SceneError if it cannot be written.
+        """
+        path = Path(path)
+        if path.suffix.lower() != self.suffix:
+            rule = f"a {self.what} must be written to a file *{self.suffix}"
+            raise ValueError(f"{rule}, got {str(path)!r}; change the suffix")
+        content = (laid_out({"brushgs": self.mark, "version": _VERSION} | value) + "\n").encode()
+        if len(content) > self.most:
+            rule = f"a {self.what} must take at most {self.most / 1e6:.3g} MB, got {len(content) / 1e6:.3g}"
+            raise ValueError(f"{path}: {rule}; {cure}")
+        try:
+            made_of(path, self.parse(path, content))
+        except SceneError as error:
+            raise ValueError(f"a {self.what} cannot be written: {error}") from None
+        with replacing(path) as temporary:
+            temporary.write_bytes(content)
 
 
-def array_of(
-    path: Path, place: str, value: Any, shape: tuple[int | None, ...], largest: float, *, cure: str
-) -> F64:
+def array_of(path: Path, place: str, value: Any, shape: tuple[int | None, ...], largest: float) -> F64:
     """An array of the given shape with magnitudes up to `largest`; a size of None allows any above 0."""
     wanted = f"an array of shape [{', '.join('any' if side is None else str(side) for side in shape)}]"
     try:
         array = value.array if isinstance(value, Packed) else np.array(value, np.float64)
     except (TypeError, ValueError):
-        raise refused(path, place, f"{wanted}, a list or packed", value, cure) from None
+        raise refused(path, place, f"{wanted}, a list or packed", value, CORRECT) from None
     fits = array.ndim == len(shape) and all(
         n == side or (side is None and n > 0) for n, side in zip(array.shape, shape, strict=True)
     )
     if not fits:
-        raise SceneError(path, f"{place} must be {wanted}, got shape {list(array.shape)}; {cure}")
+        raise SceneError(path, f"{place} must be {wanted}, got shape {list(array.shape)}; {CORRECT}")
     if not (is_small := np.abs(array) <= largest).all():
         rule = f"finite numbers of at most {largest:g}"
-        raise refused(path, place, rule, float(array[~is_small][0]), cure)
+        raise refused(path, place, rule, float(array[~is_small][0]), CORRECT)
     return np.asarray(array)
 
 
@@ -133,14 +177,12 @@ def pack(values: NDArray[Any], type: str) -> dict[str, Any]:
     return {"type": type, "shape": list(values.shape), "data": base64.b64encode(data).decode()}
 
 
-def picture_of(texels: U8, channels: str) -> dict[str, Any]:
+def picture_of(texels: U8) -> dict[str, Any]:
     """A picture [h, w, channels] as JSON: a base64 PNG."""
-    from brushgs.formats.pictures.oiio import write_pixels
+    from brushgs.formats.pictures.oiio import encode_pixels
 
-    with scratch_folder() as folder:
-        path = folder / "picture.png"
-        write_pixels(path, "png", texels, tuple(channels), _PNG_ATTRIBUTES)
-        return {"type": "png", "data": base64.b64encode(path.read_bytes()).decode()}
+    data = encode_pixels("png", texels, _PNG_ATTRIBUTES)
+    return {"type": "png", "data": base64.b64encode(data).decode()}
 
 
 def laid_out(value: Any, indent: str = "") -> str:
@@ -154,18 +196,3 @@ def laid_out(value: Any, indent: str = "") -> str:
         return json.dumps(value, ensure_ascii=False)
     begin, end = "{}" if isinstance(value, dict) else "[]"
     return begin + ",".join(f"\n{inner}{row}" for row in rows) + f"\n{indent}{end}"
-
-
-def written_json(
-    path: Path, value: Any, what: str, most: int, read: Callable[[Path, bytes], object], *, cure: str
-) -> bytes:
-    """The bytes of a JSON file. Raises ValueError if there are more than `most`, or `read` refuses them."""
-    content = (laid_out(value) + "\n").encode()
-    if len(content) > most:
-        rule = f"{what} must take at most {most / 1e6:.3g} MB, got {len(content) / 1e6:.3g}"
-        raise ValueError(f"{path}: {rule}; {cure}")
-    try:
-        read(path, content)
-    except SceneError as error:
-        raise ValueError(f"{what} cannot be written: {error}") from None
-    return content

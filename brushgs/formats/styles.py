@@ -30,18 +30,8 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import open_plain, replacing
-from brushgs.formats.packed import (
-    PackedArray,
-    Picture,
-    array_of,
-    check_begin,
-    pack,
-    picture_of,
-    png_of,
-    written_json,
-)
-from brushgs.formats.schema import decode, refused
+from brushgs.formats.packed import CORRECT, JsonFile, PackedArray, Picture, array_of, pack, picture_of, png_of
+from brushgs.formats.schema import refused
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.values.arrays import F32, F64, U8
 from brushgs.values.colors import rgb_of
@@ -58,7 +48,6 @@ from brushgs.values.style import (
     StyleStage,
 )
 
-MARK, VERSION = "style", 1
 MAX_BYTES = 3_000_000
 MAX_ATLAS = 4_000_000  # pixels of the atlas of a dictionary
 MAX_MARKS, MOST_MARK_TEXELS = 512, 128  # marks of a dictionary, and texels a side of a mark
@@ -71,7 +60,7 @@ FARTHEST = 2.0  # largest channel of an offset: colors lie in 0 to 1, and offset
 MOST_FACTOR = 1e3  # largest magnitude in the affine map
 MOST = 1e9  # largest magnitude in the residual
 CURE = "give a file that `brushgs style learn` wrote"
-_CURE, _LEARN = "correct it", "learn the style again"
+_LEARN = "learn the style again"
 
 _NAME = f"text of 1 to {MAX_NAME} printable characters"
 _Name = Annotated[str, Meta(min_length=1, max_length=MAX_NAME, description=_NAME)]
@@ -170,6 +159,13 @@ def _check_names(place: str, *names: str) -> None:
             )
 
 
+_FORMAT = JsonFile(
+    *("style", _File, "style file", STYLE_SUFFIX, MAX_BYTES, CURE),
+    later="update brushgs, or learn the style again",
+    other="where it is a painting, `brushgs style learn` makes one",
+)
+
+
 def load_style(path: str | Path) -> Style:
     """Read a style from a file that `save_style` or `brushgs style learn` wrote, edited by hand or not.
 
@@ -187,29 +183,13 @@ def load_style(path: str | Path) -> Style:
         >>> bg.load_style("dusk.style")
         Style('dusk', an edit)
     """
-    path = Path(path)
-    with open_plain(path, "style file") as file:
-        try:
-            content = file.read(MAX_BYTES + 1)
-        except OSError as error:
-            raise SceneError(path, f"cannot be read ({error.strerror}); check the path") from None
-    if content and not content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
-        cure = f"where it is a painting, `brushgs style learn {path}` makes one"
-        raise SceneError(path, f"is no style file; {cure}")
-    if len(content) > MAX_BYTES:
-        rule = f"a style file must have at most {MAX_BYTES // 1_000_000} MB"
-        raise SceneError(path, f"{rule}, got more; {CURE}")
-    return style_of(path, content)
+    return _style(Path(path), _FORMAT.read(Path(path)))
 
 
 read_style = load_style  # the name used within the package
 
 
-def style_of(path: Path, content: bytes) -> Style:
-    """Parse the content of a style file. Raises as `load_style` does."""
-    later = "update brushgs, or learn the style again"
-    check_begin(path, content, "style file", MARK, VERSION, cure=CURE, later=later)
-    file = decode(path, content, _File, _CURE, has_names=True)
+def _style(path: Path, file: _File) -> Style:
     if file.palette is None and file.marks is None and file.edit is None:
         raise SceneError(path, f"holds neither 'palette' nor 'marks' nor 'edit'; {CURE}")
     lines = file.lines
@@ -231,7 +211,7 @@ def _palette(path: Path, colors: list[_Named]) -> StylePalette:
     for index, color in enumerate(colors):
         place, offsets = f"palette[{index}].offsets", np.zeros((1, 3))
         if color.offsets is not None:
-            offsets = array_of(path, place, color.offsets, (None, 3), FARTHEST, cure=_CURE)
+            offsets = array_of(path, place, color.offsets, (None, 3), FARTHEST)
         rgb = np.array(rgb_of(color.color))
         named.append(NamedColor(color.name, rgb, color.share / total, offsets.astype(np.float32)))
     return StylePalette(tuple(named))
@@ -241,7 +221,7 @@ def _marks(path: Path, marks: _Marks) -> StyleMarks:
     directions = _directions(path, "marks.directions", marks.directions, (None, None))
     if max(directions.shape) > MAX_TEXELS:
         rule = f"at most {MAX_TEXELS} a side"
-        raise refused(path, "marks.directions", rule, list(directions.shape), _CURE)
+        raise refused(path, "marks.directions", rule, list(directions.shape), CORRECT)
     return StyleMarks(
         length=marks.length,
         aspect=marks.aspect,
@@ -258,19 +238,19 @@ def _marks(path: Path, marks: _Marks) -> StyleMarks:
 
 
 def _stage(path: Path, stage: _Stage) -> StyleStage:
-    colors = array_of(path, "stage.colors", stage.colors, (None, None, 3), 1.0, cure=_CURE)
+    colors = array_of(path, "stage.colors", stage.colors, (None, None, 3), 1.0)
     if max(colors.shape) > MAX_CELLS or min(colors.shape[:2]) < 2:
         rule = f"2 to {MAX_CELLS} a side"
-        raise refused(path, "stage.colors", rule, list(colors.shape), _CURE)
+        raise refused(path, "stage.colors", rule, list(colors.shape), CORRECT)
     if colors.min() < 0:
-        raise refused(path, "stage.colors", "0 to 1", float(colors.min()), _CURE)
+        raise refused(path, "stage.colors", "0 to 1", float(colors.min()), CORRECT)
     directions = _directions(path, "stage.directions", stage.directions, colors.shape[:2])
     return StyleStage(colors.astype(np.float32), directions)
 
 
 def _directions(path: Path, place: str, stored: Any, size: tuple[int | None, ...]) -> F32:
     """[h, w, 2] vectors clamped to length 1, since rounding to int8 may lengthen a unit vector."""
-    directions = array_of(path, place, stored, (*size, 2), 1.01, cure=_CURE)
+    directions = array_of(path, place, stored, (*size, 2), 1.01)
     lengths = np.linalg.norm(directions, axis=2, keepdims=True)
     return np.asarray(directions / np.maximum(lengths, 1), np.float32)
 
@@ -280,14 +260,14 @@ def _spectrum(path: Path, place: str, stored: _Spectrum | None) -> MarkSpectrum 
         return None
     for name in ("lengths", "widths"):
         if (sizes := getattr(stored, name)) != sorted(sizes):
-            raise refused(path, f"{place}.{name}", "ascending", sizes, _CURE)
+            raise refused(path, f"{place}.{name}", "ascending", sizes, CORRECT)
     return MarkSpectrum(stored.share, tuple(stored.lengths), tuple(stored.widths))
 
 
 def _dictionary(path: Path, stored: _Dictionary) -> MarkDictionary:
     place = "marks.dictionary"
-    colors = array_of(path, f"{place}.colors", stored.colors, (None, 3), FARTHEST, cure=_CURE)
-    shares = array_of(path, f"{place}.shares", stored.shares, (len(colors),), 1.0, cure=_CURE)
+    colors = array_of(path, f"{place}.colors", stored.colors, (None, 3), FARTHEST)
+    shares = array_of(path, f"{place}.shares", stored.shares, (len(colors),), 1.0)
     if len(colors) > MAX_MARKS:
         raise refused(path, f"{place}.colors", f"of at most {MAX_MARKS} marks", len(colors), _LEARN)
     (width, height), rows = stored.size, -(-len(colors) // ATLAS_COLUMNS)
@@ -305,20 +285,20 @@ def _dictionary(path: Path, stored: _Dictionary) -> MarkDictionary:
 
 
 def _edit(path: Path, edit: _Edit) -> StyleEdit:
-    affine = array_of(path, "edit.affine", edit.affine, (3, 4), MOST_FACTOR, cure=_CURE)
+    affine = array_of(path, "edit.affine", edit.affine, (3, 4), MOST_FACTOR)
     if (stored := edit.residual) is None:
         return StyleEdit(affine, edit.log_size or 0.0, None)
 
     def part(name: str, *shape: int | None) -> F64:
-        return array_of(path, f"edit.residual.{name}", getattr(stored, name), shape, MOST, cure=_CURE)
+        return array_of(path, f"edit.residual.{name}", getattr(stored, name), shape, MOST)
 
     count = len(stored.features)
     offset, scale, centers = part("offset", count), part("scale", count), part("centers", None, count)
     weights = part("weights", len(centers), None)
     if not (scale > 0).all():
-        raise refused(path, "edit.residual.scale", "numbers above 0", float(scale.min()), _CURE)
+        raise refused(path, "edit.residual.scale", "numbers above 0", float(scale.min()), CORRECT)
     if weights.shape[1] < 3:
-        raise refused(path, "edit.residual.weights", "of 3 outputs or more", list(weights.shape), _CURE)
+        raise refused(path, "edit.residual.weights", "of 3 outputs or more", list(weights.shape), CORRECT)
     slopes = None if stored.slopes is None else part("slopes", len(centers), 3, 3).astype(np.float32)
     at, by, minus, per = (one.astype(np.float32) for one in (centers, weights, offset, scale))
     residual = Residual(tuple(stored.features), at, stored.width, by, minus, per, slopes)
@@ -357,21 +337,7 @@ def save_style(style: Style, path: str | Path) -> None:
         >>> darker = StyleEdit(0.6 * np.eye(3, 4))
         >>> bg.save_style(bg.Style("dusk", edit=darker), "dusk.style")
     """
-    path = Path(path)
-    if path.suffix.lower() != STYLE_SUFFIX:
-        rule = f"a style must be written to a file *{STYLE_SUFFIX}"
-        raise ValueError(f"{rule}, got {str(path)!r}; change the suffix")
-    content = content_of(style, path)
-    with replacing(path) as temporary:
-        temporary.write_bytes(content)
-
-
-write_style = save_style  # the name used within the package
-
-
-def content_of(style: Style, path: Path) -> bytes:
-    """The bytes of a style file. Raises ValueError if they could not be read back; `path` is for messages."""
-    value: dict[str, Any] = {"brushgs": MARK, "version": VERSION, "name": style.name}
+    value: dict[str, Any] = {"name": style.name}
     if style.palette is not None:
         value["palette"] = [_color_json(color) for color in style.palette.colors]
     if style.marks is not None:
@@ -384,7 +350,10 @@ def content_of(style: Style, path: Path) -> bytes:
     if style.edit is not None:
         value["edit"] = _edit_json(style.edit)
     cure = "learn a smaller residual" if style.edit is not None else "keep fewer or smaller brushes"
-    return written_json(path, value, "a style", MAX_BYTES, style_of, cure=cure)
+    _FORMAT.write(path, value, _style, cure)
+
+
+write_style = save_style  # the name used within the package
 
 
 def _hex(rgb: NDArray[Any]) -> tuple[str, NDArray[Any]]:
@@ -411,7 +380,7 @@ def _marks_json(marks: StyleMarks) -> dict[str, Any]:
         "ground": None if marks.ground is None else _hex(marks.ground)[0],
         "relief": float(marks.relief),
         "directions": pack(marks.directions, "int8"),
-        "brushes": [picture_of(brush[..., None], "Y") for brush in marks.brushes],
+        "brushes": [picture_of(brush[..., None]) for brush in marks.brushes],
     }
     for name, spectrum in (("coherent", marks.coherent), ("incoherent", marks.incoherent)):
         if spectrum is not None:
@@ -433,7 +402,7 @@ def _dictionary_json(marks: MarkDictionary) -> dict[str, Any]:
         "size": [width, height],
         "colors": pack(marks.colors, "float16"),
         "shares": pack(marks.shares, "float16"),
-        "atlas": picture_of(picture.reshape(rows * height, ATLAS_COLUMNS * width, 4), "RGBA"),
+        "atlas": picture_of(picture.reshape(rows * height, ATLAS_COLUMNS * width, 4)),
     }
 
 

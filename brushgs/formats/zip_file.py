@@ -66,13 +66,18 @@ def open_member(
         raise SceneError(path, f"{fact}; download or copy it again") from None
 
 
-def read_member(path: Path, archive: zipfile.ZipFile, name: str, most: int, cure: str) -> bytes:
+def read_member(
+    path: Path, archive: zipfile.ZipFile, name: str, most: int, *, lacks: str, cure: str
+) -> bytes:
     """The content of a member of an archive.
 
-    Raises KeyError if there is no such member; SceneError as `open_member` does, or if it is larger than
-    `most` bytes.
+    Raises SceneError as `open_member` does; if it is larger than `most` bytes; or, saying `lacks`, if there
+    is no such member.
     """
-    member = archive.getinfo(name)
+    try:
+        member = archive.getinfo(name)
+    except KeyError:
+        raise SceneError(path, lacks) from None
     if member.file_size > most:
         raise SceneError(path, f"its {name[:80]} is larger than {most >> 20} MiB; {cure}")
     with open_member(path, archive, member, name[:80], cure) as file:

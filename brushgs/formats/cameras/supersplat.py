@@ -82,11 +82,9 @@ def read(path: Path, content: bytes | None) -> CameraFile:
 
 def _unpacked(path: Path) -> bytes:
     """Read the document of a project archive, at most `MAX_BYTES`."""
+    lacks = f"is no SuperSplat project, it has no {_DOCUMENT}; {_CURE}"
     with open_zip(path) as archive:
-        try:
-            return read_member(path, archive, _DOCUMENT, MAX_BYTES, _CURE)
-        except KeyError:
-            raise SceneError(path, f"is no SuperSplat project, it has no {_DOCUMENT}; {_CURE}") from None
+        return read_member(path, archive, _DOCUMENT, MAX_BYTES, lacks=lacks, cure=_CURE)
 
 
 @dataclass(frozen=True, eq=False)

@@ -317,7 +317,7 @@ class Frames:
         """Drop the brushes of strokes if they refer to another set than those of the first moment."""
         drop_unnamed_brushes(file, columns)
         head = self._head[1]
-        if columns.brushes is not None and file.brushes != head.brushes:
+        if columns.brushes is not None and file.stored.brushes != head.stored.brushes:
             columns.brushes = None
             if self._is_first("brushes"):
                 message = f"the brushes of its strokes are dropped, as those of {head.path.name} are others"

@@ -157,10 +157,8 @@ def _of_ora(path: Path, name: str) -> F32 | None:
 
 def _member(path: Path, archive: zipfile.ZipFile, name: str, most: int) -> bytes:
     """Read a member of an archive. Raises SceneError if missing, damaged or larger than `most` bytes."""
-    try:
-        return read_member(path, archive, name, most, "save it again, smaller if that is why")
-    except KeyError:
-        raise SceneError(path, "is no OpenRaster file, or damaged; get it again") from None
+    lacks, cure = "is no OpenRaster file, or damaged; get it again", "save it again, smaller if that is why"
+    return read_member(path, archive, name, most, lacks=lacks, cure=cure)
 
 
 def _is(found: object, name: str) -> bool:

@@ -7,6 +7,7 @@ take 8-bit pixels, others 16-bit ones, which the encoder rounds. Their alpha is 
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from math import prod
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from brushgs.core.signals import defer_stop
 from brushgs.errors import SceneError
-from brushgs.formats.files import replacing
+from brushgs.formats.files import replacing, scratch_folder
 from brushgs.values.arrays import U8, Array
 from brushgs.values.frame import Frame
 
@@ -76,11 +77,10 @@ def write_frame_as(
     bits: int,
     attributes: Mapping[str, Any],
 ) -> None:
-    """Write a frame with `write_pixels`, or its strips one at a time."""
-    names = ("R", "G", "B", "A") if background is None else ("R", "G", "B")
+    """Write a frame, or its strips one at a time; the file appears when it is complete."""
     height, width = (frame.height, frame.width) if isinstance(frame, Strips) else frame.alpha.shape
-    rows = rows_of(frame, background, bits)
-    _write_rows(path, format_name, rows, (height, width, f"uint{bits}"), names, attributes)
+    shape = height, width, 4 if background is None else 3
+    _write_rows(path, format_name, rows_of(frame, background, bits), shape, bits, attributes)
 
 
 def rows_of(frame: Frame | Strips, background: Background, bits: int) -> Iterator[U8 | NDArray[np.uint16]]:
@@ -89,46 +89,30 @@ def rows_of(frame: Frame | Strips, background: Background, bits: int) -> Iterato
     return (pixels_of(strip, behind, bits) for strip, behind in strips)
 
 
-def write_pixels(
-    path: str | Path,
-    format_name: str,
-    pixels: NDArray[Any],
-    names: tuple[str, ...],
-    attributes: Mapping[str, Any],
-    finish: Callable[[Path], bool] = lambda path: True,
-) -> None:
-    """Write pixels unchanged; the file appears when it is complete. Raises SceneError if that fails.
+def encode_pixels(format_name: str, pixels: U8, attributes: Mapping[str, Any]) -> bytes:
+    """The bytes of a file with pixels [H, W, 1, 3 or 4], unchanged if the format is lossless.
 
-    Args:
-        path: the name of the file.
-        format_name: name of the format in OpenImageIO.
-        pixels: [H, W, channels] uint8, uint16 or float32.
-        names: of the channels; "A" is alpha, "Z" depth.
-        attributes: of OpenImageIO, by name.
-        finish: postprocesses the written file; returns whether it is complete, as some writers report success
-            on a full disk.
+    `format_name` and `attributes` are those of OpenImageIO, which writes to named files only. Raises
+    SceneError if the folder for temporary files is full.
     """
-    shape = pixels.shape[0], pixels.shape[1], pixels.dtype.name.replace("float32", "float")
-    _write_rows(path, format_name, iter([pixels]), shape, names, attributes, finish)
+    with scratch_folder() as folder:
+        path = folder / "picture"
+        _write_rows(path, format_name, iter([pixels]), pixels.shape, 8, attributes)
+        return path.read_bytes()
 
 
 def _write_rows(
     path: str | Path,
     format_name: str,
     rows: Iterator[NDArray[Any]],
-    shape: tuple[int, int, str],
-    names: tuple[str, ...],
+    shape: tuple[int, ...],
+    bits: int,
     attributes: Mapping[str, Any],
-    finish: Callable[[Path], bool] = lambda path: True,
 ) -> None:
-    """Write blocks of rows from the top; `shape` is height, width and dtype."""
-    height, width, dtype = shape
-    size = height * width * len(names) * np.dtype(dtype.replace("float", "float32")).itemsize
+    """Write blocks of rows from the top; `shape` is height, width and channels."""
     # An interrupted encoder prints errors to the terminal.
-    with defer_stop(), replacing(path, most=size + HEADER) as temporary:
-        encode_rows(temporary, path, format_name, rows, shape, names, attributes)
-        if not finish(temporary):
-            raise SceneError(path, "cannot be written completely; check the space on the disk")
+    with defer_stop(), replacing(path, most=prod(shape) * bits // 8 + HEADER) as temporary:
+        encode_rows(temporary, path, format_name, rows, shape, bits, attributes)
 
 
 def encode_rows(
@@ -136,18 +120,17 @@ def encode_rows(
     path: str | Path,
     format_name: str,
     rows: Iterator[NDArray[Any]],
-    shape: tuple[int, int, str],
-    names: tuple[str, ...],
+    shape: tuple[int, ...],
+    bits: int,
     attributes: Mapping[str, Any],
 ) -> None:
     """Write blocks of rows to a temporary file; errors name `path`. Arguments as for `_write_rows`."""
     import OpenImageIO
 
-    height, width, dtype = shape
-    spec = OpenImageIO.ImageSpec(width, height, len(names), dtype)
-    spec.channelnames = names
-    spec.alpha_channel = names.index("A") if "A" in names else -1
-    spec.z_channel = names.index("Z") if "Z" in names else -1
+    height, width, channels = shape
+    spec = OpenImageIO.ImageSpec(width, height, channels, f"uint{bits}")
+    spec.channelnames = ("Y",) if channels == 1 else ("R", "G", "B", "A")[:channels]
+    spec.alpha_channel = 3 if channels == 4 else -1
     for name, value in attributes.items():
         spec.attribute(name, value)
     out = OpenImageIO.ImageOutput.create(format_name)
@@ -191,6 +174,7 @@ def spread_colors(frame: Frame) -> Array:
 
     Codecs mix colors of neighbors whatever their alpha: black beside the paint would darken its edge. A
     pixel with alpha 0 takes the mean of the smallest block of 2, 4, 8 ... pixels a side that has paint.
+    OpenImageIO's fillholes_pushpull takes three times as long.
     """
     colors = frame.straight_colors()
     is_bare = frame.alpha <= 0

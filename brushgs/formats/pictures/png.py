@@ -57,9 +57,8 @@ def _head(
 ) -> bytes:
     """The chunks before the pixels; the file `scratch` is overwritten, and errors name `path`."""
     (height, width), attributes = shape, {"oiio:UnassociatedAlpha": 1, **described(shot)}
-    dtype, names = f"uint{bits}", ("R", "G", "B", "A")[:channels]
-    pixel = iter([np.zeros((1, 1, channels), dtype)])
-    encode_rows(scratch, path, "png", pixel, (1, 1, dtype), names, attributes)
+    pixel = np.zeros((1, 1, channels), f"uint{bits}")
+    encode_rows(scratch, path, "png", iter([pixel]), pixel.shape, bits, attributes)
     written = scratch.read_bytes()
     begin = len(SIGNATURE) + 12 + 13  # behind IHDR
     size = struct.pack(">IIBBBBB", width, height, bits, COLOR_TYPES[channels], 0, 0, 0)

@@ -10,11 +10,21 @@ import struct
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from brushgs.core.signals import defer_stop
 from brushgs.errors import SceneError
-from brushgs.formats.files import open_plain, scratch_folder
+from brushgs.formats.files import open_plain, replacing
 from brushgs.formats.pictures.images import check_pixels
 from brushgs.formats.pictures.metadata import described, metadata_text
-from brushgs.formats.pictures.oiio import NO_DATE, Background, Strips, bytes_of, write_frame_as, write_pixels
+from brushgs.formats.pictures.oiio import (
+    HEADER,
+    NO_DATE,
+    Background,
+    Strips,
+    bytes_of,
+    encode_pixels,
+    encode_rows,
+    write_frame_as,
+)
 from brushgs.formats.pictures.panorama import panorama_tags
 from brushgs.values.arrays import U8
 from brushgs.values.frame import Frame
@@ -66,10 +76,7 @@ def encode_jpeg(pixels: U8, quality: int) -> bytes:
     Raises SceneError if the folder for temporary files is full.
     """
     attributes = {"Compression": f"jpeg:{quality}", "jpeg:subsampling": "4:2:0"}
-    with scratch_folder() as folder:  # OpenImageIO writes to named files only
-        path = folder / "picture.jpg"
-        write_pixels(path, "jpeg", pixels, ("R", "G", "B"), attributes)
-        return path.read_bytes()
+    return encode_pixels("jpeg", pixels, attributes)
 
 
 def check_jpeg(path: Path, file: BinaryIO, max_pixels: int) -> None:
@@ -132,14 +139,10 @@ def write_webp(frame: Frame, path: str | Path, background: Background, *, shot: 
 
 def write_exact(pixels: U8, path: str | Path, description: str = "") -> None:
     """Write [H, W, 3 or 4] bytes as lossless WebP; only colors of pixels with alpha 0 may change."""
-    names = ("R", "G", "B", "A")[: pixels.shape[-1]]
-
-    def describe(written: Path) -> bool:
+    with defer_stop(), replacing(path, most=pixels.nbytes + HEADER) as temporary:
+        encode_rows(temporary, path, "webp", iter([pixels]), pixels.shape, 8, _WEBP)
         if description:
-            written.write_bytes(_with_description(written.read_bytes(), description))
-        return True
-
-    write_pixels(path, "webp", pixels, names, _WEBP, describe)
+            temporary.write_bytes(_with_description(temporary.read_bytes(), description))
 
 
 def _with_description(content: bytes, text: str) -> bytes:

@@ -198,7 +198,7 @@ def join_notes(files: Sequence[SceneFile], *, rows_dropped: int, sh_degree_used:
         files=() if is_one else tuple(f"{f.path.name}: {f.num_rows:,} rows, {f.format}" for f in files),
         scene=files[0].stored.scene if is_one else None,
         first_view=files[0].stored.first_view if is_one else None,
-        brushes=files[0].brushes if is_one else (),
+        brushes=files[0].stored.brushes if is_one else (),
         moment=files[0].moment if is_one else None,
         photograph=files[0].photograph if is_one else None,
     )
@@ -216,7 +216,7 @@ def _common_up(files: Sequence[SceneFile]) -> str | None:
 
 def _are_strokes(files: Sequence[SceneFile]) -> bool:
     """Whether all files hold strokes; warns if only some do."""
-    strokes = [file.path.name for file in files if file.is_strokes]
+    strokes = [file.path.name for file in files if file.stored.is_strokes]
     if strokes and len(strokes) < len(files):
         what = f"{strokes[0]} holds strokes of brushgs and other files do not"
         _warn(files, f"{what}; all are painted as one scene that is no strokes yet")
@@ -270,7 +270,7 @@ def open_file(path: Path, lod: int | None) -> SceneFile:
 
 def drop_unnamed_brushes(file: SceneFile, columns: Columns) -> None:
     """Drop the brushes of strokes, with a warning, if a row has a brush beyond those that the file names."""
-    num_named = len(file.brushes)
+    num_named = len(file.stored.brushes)
     if columns.brushes is None or not num_named:
         return
     if (row := int(columns.brushes.max(initial=0))) >= num_named:

@@ -202,16 +202,6 @@ class SceneFile:
     moment: float | None = None  # time of this moment of a moving scene, seconds from its start
     photograph: Camera | None = None  # camera of the photograph from which the scene was predicted
 
-    @property
-    def is_strokes(self) -> bool:
-        """Whether the file states that its Gaussians are strokes made by brushgs."""
-        return self.stored.is_strokes
-
-    @property
-    def brushes(self) -> tuple[str, ...]:
-        """Names or paths of the brushes of the strokes, by row; empty if the file does not state them."""
-        return self.stored.brushes
-
     def read_columns(self, encoding: Encoding = STANDARD, *, is_raw: bool = False) -> tuple[Columns, Dropped]:
         """Read the drawable rows, activated, without bands of spherical harmonics that are zero in every row.
 

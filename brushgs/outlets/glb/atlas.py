@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.soft import soft_brush
 from brushgs.brushes.texture import TINT_ZERO, StrokeTexture
-from brushgs.formats.files import scratch_folder
 from brushgs.values.arrays import F64, U8
 from brushgs.values.colors import linear_from_srgb, srgb_from_linear
 
@@ -89,13 +88,10 @@ class Atlas:
 
 def png_of(pixels: U8) -> bytes:
     """Pixels [h, w, 3 or 4] as an 8-bit PNG; see `Atlas.png`."""
-    from brushgs.formats.pictures.oiio import write_pixels
+    from brushgs.formats.pictures.oiio import encode_pixels
 
     attributes = {"oiio:UnassociatedAlpha": 1, "png:compressionLevel": 6}  # 9: 6 % less, 9 times as long
-    with scratch_folder() as folder:  # OpenImageIO writes to named files only
-        path = folder / "texture.png"
-        write_pixels(path, "png", pixels, ("R", "G", "B", "A")[: pixels.shape[2]], attributes)
-        return path.read_bytes()
+    return encode_pixels("png", pixels, attributes)
 
 
 def images_of(brushes: BrushSet) -> list[tuple[U8, float]]:

@@ -48,7 +48,7 @@ class Budget:
 
     def is_below(self, files: "Sequence[SceneFile]") -> bool:
         """Whether a scene needs more; strokes, and a moment of a moving scene, never do."""
-        if all(file.is_strokes for file in files) or any(file.moment is not None for file in files):
+        if all(file.stored.is_strokes for file in files) or any(file.moment is not None for file in files):
             return False
         capacity = self.capacity(_most_terms(files))
         return capacity is not None and _num_rows(files) > capacity
