@@ -11,6 +11,7 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.measure.likeness import rmse
 from brushgs.rendering import reference
 from brushgs.rendering.project import project
+from brushgs.rendering.rasterize import RasterOptions
 from brushgs.rendering.render import render
 from brushgs.still_life import still_life_camera
 from examples import benchmarks
@@ -29,7 +30,7 @@ def boxes():
 
 @pytest.fixture(scope="module")
 def expected(boxes):
-    return reference.rasterize(boxes, TEXTURE, width=WIDTH, height=HEIGHT, filter="bilinear")
+    return reference.rasterize(boxes, TEXTURE, RasterOptions(width=WIDTH, height=HEIGHT, filter="bilinear"))
 
 
 def test_yardsticks_paint_the_definition_and_count_fragments(boxes, expected):

@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from brushgs.brushes.brush_set import Brushes, BrushSet
 from brushgs.brushes.levels import axis_levels, level_coverage, level_height, level_index
 from brushgs.brushes.texture import TINT_ZERO, StrokeTexture
-from brushgs.options.choices import Blend, Filter
+from brushgs.options.choices import Filter
 from brushgs.rendering.constants import GAUSSIAN_SIGMAS, LEAST_LIGHT, MAX_ALPHA, MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.glaze import pigments
 from brushgs.rendering.light import Lamp, blur_taps
 from brushgs.rendering.project import SOFTNESS, Directions, ProjectOptions
+from brushgs.rendering.rasterize import RasterOptions
 from brushgs.rendering.relief import UNDERPAINT_THICKNESS, Relief, canvas_scale, paint_height
 from brushgs.rendering.streaks import BRISTLES, noise, streak_starts, streak_weights
-from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.arrays import F64, Array
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
@@ -178,29 +178,17 @@ def _fade(depths: F64, half_extents: F64, camera: Camera) -> F64:
         )
 
 
-def rasterize(
-    boxes: Boxes,
-    texture: Brushes,
-    *,
-    height: int,
-    width: int,
-    filter: Filter = "mip",
-    underpaint: Underpaint | None = None,
-    streaks: float = 0.0,
-    relief: bool = False,
-    blend: Blend = "cover",
-    in_front_of: DepthTest | None = None,
-    min_transmittance: float = MIN_TRANSMITTANCE,
-) -> Frame:
-    """Paint boxes, nearest first; arguments and result as `brushgs.rasterize`, always in float64.
+def rasterize(boxes: Boxes, texture: Brushes, options: RasterOptions) -> Frame:
+    """Paint boxes, nearest first; as `brushgs.rasterize`, but all of the picture, and always in float64.
 
     Source: Xiang et al. 2025, 3.4 (texture mapping); Kerbl et al. 2023 (blending and its thresholds).
     """
     textures = texture.textures if isinstance(texture, BrushSet) else (texture,)
-    layers = _layers(boxes, textures, height, width, filter, underpaint, streaks, relief)
+    height, width, min_transmittance = options.height, options.width, options.min_transmittance
+    layers, relief, in_front_of = _layers(boxes, textures, options), options.relief, options.in_front_of
     if in_front_of is not None:
         layers = (_in_front_of(layer, boxes, in_front_of) for layer in layers)
-    if blend == "glaze":
+    if options.blend == "glaze":
         return _glaze(boxes, layers, height, width)
     if boxes.softness is not None and texture.kind == "image":
         frame = _rasterize_softly(boxes, boxes.softness, layers, height, width, min_transmittance)
@@ -241,23 +229,13 @@ class Fragment:
     shade: float
 
 
-def fragments(
-    boxes: Boxes,
-    texture: Brushes,
-    *,
-    height: int,
-    width: int,
-    filter: Filter = "mip",
-    underpaint: Underpaint | None = None,
-    streaks: float = 0.0,
-    in_front_of: DepthTest | None = None,
-    min_transmittance: float = MIN_TRANSMITTANCE,
-) -> list[list[Fragment]]:
+def fragments(boxes: Boxes, texture: Brushes, options: RasterOptions) -> list[list[Fragment]]:
     """Fragments of each pixel, row by row, nearest first; arguments as `rasterize`."""
     textures = texture.textures if isinstance(texture, BrushSet) else (texture,)
     is_soft = boxes.softness is not None and texture.kind == "image"
-    found: list[list[tuple[_Layer, float, float]]] = [[] for _ in range(height * width)]
-    for layer in _layers(boxes, textures, height, width, filter, underpaint, streaks, False):
+    width, in_front_of = options.width, options.in_front_of
+    found: list[list[tuple[_Layer, float, float]]] = [[] for _ in range(options.height * width)]
+    for layer in _layers(boxes, textures, options):
         seen = layer if in_front_of is None else _in_front_of(layer, boxes, in_front_of)
         for y, x in np.argwhere(seen.alpha >= MIN_ALPHA):
             pixel = (seen.window[0].start + y) * width + seen.window[1].start + x
@@ -265,7 +243,7 @@ def fragments(
     softness = boxes.softness if is_soft else None
     pixels = []
     for own in found:
-        weights = _weights(own, softness, min_transmittance)
+        weights = _weights(own, softness, options.min_transmittance)
         pixels.append(
             [
                 Fragment(one.row, one.is_underpaint, float(weight), shade)
@@ -404,17 +382,10 @@ class _Layer:
         return color
 
 
-def _layers(
-    boxes: Boxes,
-    textures: Sequence[StrokeTexture],
-    height: int,
-    width: int,
-    filter: Filter,
-    underpaint: Underpaint | None,
-    streaks: float,
-    relief: bool,
-) -> Iterator[_Layer]:
-    """All strokes and, with `underpaint`, as many soft kernels behind them; nearest first."""
+def _layers(boxes: Boxes, textures: Sequence[StrokeTexture], options: RasterOptions) -> Iterator[_Layer]:
+    """All strokes and, with underpaint, as many soft kernels behind them; nearest first."""
+    height, width, filter, relief = options.height, options.width, options.filter, options.relief
+    underpaint = options.underpaint
     centers, half_extents, angles, depths, opacities = (
         column.astype(np.float64)
         for column in (boxes.centers, boxes.half_extents, boxes.angles, boxes.depths, boxes.opacities)
@@ -422,7 +393,7 @@ def _layers(
     is_image, kernel = textures[0].kind == "image", StrokeTexture.open("gaussian")
     brushes = np.zeros(len(boxes), int) if boxes.brushes is None or not is_image else boxes.brushes
     reaches = None if underpaint is None else underpaint.reaches(boxes)
-    starts, weights = _streaks_of(boxes, textures, streaks if is_image else 0.0)
+    starts, weights = _streaks_of(boxes, textures, options.streaks if is_image else 0.0)
     copies: _Copies = {}
     heights: _Copies = {}
     tints: _Copies = {}

@@ -12,6 +12,7 @@ from brushgs.formats.pictures.images import write_frame
 from brushgs.rendering import reference
 from brushgs.rendering.canvas import CARRIED
 from brushgs.rendering.light import BLUR
+from brushgs.rendering.rasterize import RasterOptions
 from brushgs.values.frame import Frame
 from tests.golden.cases import CASES, FOLDER, HEIGHT, WIDTH, Case
 
@@ -22,7 +23,7 @@ def frame_of(case: Case) -> Frame:
     boxes = case.boxes(texture.num_sigmas)
     size, look = {"width": WIDTH, "height": HEIGHT}, {"underpaint": case.underpaint, "streaks": case.streaks}
     look |= {"filter": case.filter, "blend": case.blend}
-    frame = reference.rasterize(boxes, texture, relief=case.lamp is not None, **size, **look)
+    frame = reference.rasterize(boxes, texture, RasterOptions(relief=case.lamp is not None, **size, **look))
     height = frame.height
     if case.surface is not None:
         surface = case.surface()

@@ -10,7 +10,7 @@ from brushgs.brushes.texture import StrokeTexture, Tint
 from brushgs.options.choices import Filter
 from brushgs.rendering import reference
 from brushgs.rendering.depth_test import DepthTest
-from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.rasterize import RasterOptions, rasterize
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
@@ -173,7 +173,7 @@ class Painting(NamedTuple):
         return rasterize(self.boxes, self.brush, **self.options | options)
 
     def defined(self, **options: Any) -> Frame:
-        return reference.rasterize(self.boxes, self.brush, **self.options | options)
+        return reference.rasterize(self.boxes, self.brush, RasterOptions(**self.options | options))
 
 
 def painting_of(

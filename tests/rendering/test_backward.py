@@ -99,7 +99,9 @@ def test_a_stroke_outside_whose_underpaint_reaches_in_has_its_gradient():
 
         def loss(values, name=name):
             moved = replace(boxes, **{name: values})
-            return float(reference.rasterize(moved, SOLID, width=20, height=16, **how).rgb.sum())
+            return float(
+                reference.rasterize(moved, SOLID, RasterOptions(width=20, height=16, **how)).rgb.sum()
+            )
 
         numerical = central_differences(loss, getattr(boxes, name))
         assert numerical.any()
@@ -138,7 +140,7 @@ def test_the_gradient_by_coverage_is_a_difference_of_the_definition(filter, shap
 
     def picture(texels):
         stroke = SimpleNamespace(kind="image", coverage=texels, tint=None)
-        return reference.rasterize(boxes, stroke, filter=filter, **SIZE)
+        return reference.rasterize(boxes, stroke, RasterOptions(filter=filter, **SIZE))
 
     some = g.permutation(coverage.size)[:40]
 

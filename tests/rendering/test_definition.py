@@ -9,7 +9,7 @@ import pytest
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.constants import MIN_ALPHA, MIN_TRANSMITTANCE
-from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.rasterize import RasterOptions, rasterize
 from brushgs.values.boxes import Boxes
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
@@ -226,7 +226,9 @@ def is_at_threshold(monkeypatch, boxes: Boxes, path: str, row: int, column: int)
 
     def pixel(moved: Boxes, **options) -> np.ndarray:
         size = {"width": 1, "height": 1}
-        return reference.rasterize(moved, texture_of(kind), filter=filter, **size, **options).rgb[0, 0]
+        return reference.rasterize(
+            moved, texture_of(kind), RasterOptions(filter=filter, **size, **options)
+        ).rgb[0, 0]
 
     reach = 1e-6  # of 20 px and of 1: some eight units in the last place
     moved = [pixel(replace(boxes, centers=boxes.centers + 20 * reach * np.array(d))) for d in np.eye(2)]
@@ -265,7 +267,9 @@ def test_float32_takes_either_side_of_a_threshold_only_where_one_is_met(coverage
         boxes = boxes_of(centers, 0.45, colors=1, opacities=alphas.ravel())
         size = {"width": 40, "height": 20, "filter": "bilinear"}
         actual = rasterize(boxes.astype(np.float32), texture, **size)
-        off.append(np.abs(actual.rgb - reference.rasterize(boxes, texture, **size).rgb).max(axis=2))
+        off.append(
+            np.abs(actual.rgb - reference.rasterize(boxes, texture, RasterOptions(**size)).rgb).max(axis=2)
+        )
     assert (off[0] > 1e-3).sum() > 20
     assert off[0].max() < largest * 1.001
     assert off[1].max() < 1e-6

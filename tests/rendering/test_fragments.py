@@ -8,6 +8,7 @@ import brushgs as bg
 from brushgs.rendering import reference
 from brushgs.rendering.fragments import TILE_HEIGHT, FragmentFinder, no_fragments, stacked
 from brushgs.rendering.options import RenderOptions, rasterize_with
+from brushgs.rendering.rasterize import RasterOptions
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.rendering.strokes import (
@@ -62,7 +63,7 @@ def test_fragments_are_those_of_the_definition(look, softness, is_tested):
         options = {"filter": filter} | LOOKS[look]
         fragments = found_in(boxes, texture_of(kind), 33, 17, test, **options)
         expected = reference.fragments(
-            boxes, texture_of(kind), height=17, width=33, in_front_of=test, **options
+            boxes, texture_of(kind), RasterOptions(height=17, width=33, in_front_of=test, **options)
         )
         assert len(fragments) > 150
         assert_as_defined(fragments, expected)
@@ -72,7 +73,7 @@ def test_fragments_are_those_of_the_definition(look, softness, is_tested):
 def test_fragments_of_several_brushes_are_those_of_the_definition(softness):
     boxes = with_brushes(random_boxes(150, 41, 23, sizes=(0.3, 40)))
     boxes = boxes if softness is None else softened(boxes, softness)
-    expected = reference.fragments(boxes, BRUSHES["three"], height=23, width=41)
+    expected = reference.fragments(boxes, BRUSHES["three"], RasterOptions(height=23, width=41))
     assert_as_defined(found_in(boxes, BRUSHES["three"], 41, 23), expected)
 
 

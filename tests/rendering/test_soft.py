@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brushgs.rendering import reference
-from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.rasterize import RasterOptions, rasterize
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
@@ -160,7 +160,10 @@ def test_stacks_of_strokes_in_one_band_are_as_defined_and_finite(stack, opacity)
     depths, softness = STACKS[stack]
     boxes = pile(depths, softness, opacities=opacity)
     size = {"width": 2, "height": 1, "filter": "bilinear"}
-    actual, expected = rasterize(boxes, SOLID, **size), reference.rasterize(boxes, SOLID, **size)
+    actual, expected = (
+        rasterize(boxes, SOLID, **size),
+        reference.rasterize(boxes, SOLID, RasterOptions(**size)),
+    )
     if opacity == 1:
         assert_same(actual, expected, rtol=1e-9)
     np.testing.assert_allclose(actual.rgb, expected.rgb, atol=CROWD_ERROR)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brushgs.rendering import reference
-from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.rasterize import RasterOptions, rasterize
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
@@ -55,7 +55,10 @@ def painted(boxes: Boxes, **options) -> Frame:
 
 def error_of(boxes: Boxes, **options) -> float:
     """Largest difference from the definition in color and alpha."""
-    actual, expected = painted(boxes, **options), reference.rasterize(boxes, ridges(), **SIZE, **options)
+    actual, expected = (
+        painted(boxes, **options),
+        reference.rasterize(boxes, ridges(), RasterOptions(**SIZE, **options)),
+    )
     for plane in (actual.rgb, actual.alpha, actual.depth):
         assert np.isfinite(plane).all()
     np.testing.assert_allclose(actual.depth, expected.depth, atol=2 * ERROR * np.ptp(boxes.depths) + 1e-5)
@@ -112,7 +115,7 @@ def test_strokes_that_move_through_a_crowd_never_jump():
         names = ("centers", "half_extents", "angles", "colors", "opacities", "softness")
         columns = {name: getattr(still, name)[order] for name in names}
         boxes = replace(still, depths=depths[order], **columns)
-        actual, expected = painted(boxes).rgb, reference.rasterize(boxes, ridges(), **SIZE).rgb
+        actual, expected = painted(boxes).rgb, reference.rasterize(boxes, ridges(), RasterOptions(**SIZE)).rgb
         if previous is not None:
             jumps.append(np.abs((actual - previous[0]) - (expected - previous[1])).max())
         previous = actual, expected

@@ -5,7 +5,7 @@ import pytest
 
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
-from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.rasterize import RasterOptions, rasterize
 from tests.kit.for_each import for_each
 from tests.rendering.strokes import boxes_of, random_boxes, relieved, ridges, softened
 
@@ -17,7 +17,8 @@ def num_wrong(boxes, width: int, height: int) -> int:
     """Pixels that are painted but should not be, or the reverse."""
     size = {"width": width, "height": height, "filter": "bilinear"}
     return np.count_nonzero(
-        (rasterize(boxes, SOLID, **size).alpha > 0) != (reference.rasterize(boxes, SOLID, **size).alpha > 0)
+        (rasterize(boxes, SOLID, **size).alpha > 0)
+        != (reference.rasterize(boxes, SOLID, RasterOptions(**size)).alpha > 0)
     )
 
 

@@ -6,6 +6,7 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.options import ProjectOptions
 from brushgs.rendering.project import project, project_by
+from brushgs.rendering.rasterize import RasterOptions
 from brushgs.rendering.render import render, render_sequence
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
@@ -112,6 +113,6 @@ def test_float64_is_the_definition(name, lock, order):
     camera = stiff.cameras[0].resized(24, 18)
     actual = render(stiff.scene, camera, TEXTURES["image"], lock=lock, order=order)
     boxes = reference.project(stiff.scene, camera, lock=lock, fade=True, order=order)
-    expected = reference.rasterize(boxes, TEXTURES["image"], height=18, width=24)
+    expected = reference.rasterize(boxes, TEXTURES["image"], RasterOptions(height=18, width=24))
     np.testing.assert_allclose(actual.rgb, expected.rgb, atol=1e-9)
     np.testing.assert_allclose(actual.alpha, expected.alpha, atol=1e-9)

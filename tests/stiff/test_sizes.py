@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from brushgs.rendering import reference
-from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.rasterize import RasterOptions, rasterize
 from brushgs.rendering.underpaint import Underpaint
 from tests.kit.for_each import for_each
 from tests.rendering.strokes import PATHS, boxes_of, bristles, random_boxes, softened, texture_of
@@ -20,7 +20,9 @@ def test_a_picture_of_one_pixel_is_as_defined(path, dtype):
     boxes = random_boxes(40, 1, 1, sizes=(0.2, 4), dtype=dtype)
     for some in (boxes, softened(boxes, 3.0)):
         actual = rasterize(some, texture_of(kind), height=1, width=1, filter=filter)
-        expected = reference.rasterize(some, texture_of(kind), height=1, width=1, filter=filter)
+        expected = reference.rasterize(
+            some, texture_of(kind), RasterOptions(height=1, width=1, filter=filter)
+        )
         np.testing.assert_allclose(actual.rgb, expected.rgb, atol=1e-5 if dtype == np.float32 else 1e-9)
 
 

@@ -29,7 +29,7 @@ from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.rendering import reference
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.options import project_with, render_with
-from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.rasterize import RasterOptions, rasterize
 from brushgs.rendering.underpaint import Underpaint
 from brushgs.stroke_count.view_model import KERNEL
 from brushgs.values.arrays import Array
@@ -216,12 +216,14 @@ def _precision(subject: Subject) -> FamilyPlan:
         true = reference.rasterize(
             expected_boxes(subject.strokes, camera, options),
             subject.texture,
-            width=camera.width,
-            height=camera.height,
-            filter=options.filter,
-            underpaint=options.underpaint,
-            streaks=options.streaks,
-            min_transmittance=0,
+            RasterOptions(
+                width=camera.width,
+                height=camera.height,
+                filter=options.filter,
+                underpaint=options.underpaint,
+                streaks=options.streaks,
+                min_transmittance=0,
+            ),
         )
         for dtype in dtypes:
             strokes = subject.strokes.astype(dtype)
@@ -335,11 +337,13 @@ def _check_supersampled(subject: Subject, true: Frame) -> None:
     fine = reference.rasterize(
         large,
         subject.texture,
-        height=FACTOR * height,
-        width=FACTOR * width,
-        filter="bilinear",
-        underpaint=subject.options.underpaint,
-        streaks=subject.options.streaks,
+        RasterOptions(
+            height=FACTOR * height,
+            width=FACTOR * width,
+            filter="bilinear",
+            underpaint=subject.options.underpaint,
+            streaks=subject.options.streaks,
+        ),
     )
     blocks = height, FACTOR, width, FACTOR
     expected = Frame(

@@ -14,6 +14,7 @@ from brushgs.brushes.brush_set import Brushes
 from brushgs.measure.bench.figures import Verified
 from brushgs.rendering import reference
 from brushgs.rendering.options import RenderOptions
+from brushgs.rendering.rasterize import RasterOptions
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
@@ -113,12 +114,14 @@ def check_square(
     expected = reference.rasterize(
         near,
         texture,
-        width=width,
-        height=height,
-        filter=options.filter,
-        underpaint=options.underpaint,
-        streaks=options.streaks,
-        min_transmittance=options.min_transmittance,
+        RasterOptions(
+            width=width,
+            height=height,
+            filter=options.filter,
+            underpaint=options.underpaint,
+            streaks=options.streaks,
+            min_transmittance=options.min_transmittance,
+        ),
     )
     square = Frame(frame.rgb[y : y + height, x : x + width], frame.alpha[y : y + height, x : x + width])
     return check_close(name, square, expected, f"the reference, {width}x{height} pixels from ({x}, {y})")
