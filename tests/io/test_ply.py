@@ -91,6 +91,16 @@ def test_a_row_that_cannot_be_drawn_is_dropped_and_named(tmp_path, name, value):
     assert_is(gaussians, {k: np.delete(v, [7, 31], axis=0) for k, v in decoded(columns).items()})
 
 
+def test_logits_of_full_paint_logs_of_nothing_and_normals_without_a_number_cost_no_row(tmp_path):
+    columns = scene_columns(20)
+    columns["opacity"][:9], columns["opacity"][9:] = np.inf, -np.inf
+    columns["scale_1"][:] = -np.inf
+    columns["nx"][:] = np.nan
+    gaussians = load(write_scene(tmp_path / "a.ply", columns))
+    assert gaussians.opacities.tolist() == [1] * 9 + [0] * 11
+    assert (gaussians.scales[:, 1] == 0).all()
+
+
 @for_each("value", [np.nan, np.inf, -np.inf])
 def test_a_broken_view_dependent_coefficient_counts_as_zero_and_costs_no_row(tmp_path, value):
     columns = scene_columns(50, degree=3)

@@ -9,8 +9,7 @@ import pytest
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.constants import MIN_ALPHA, MIN_TRANSMITTANCE
-from brushgs.rendering.rasterize import RasterOptions, rasterize
-from brushgs.values.boxes import Boxes
+from brushgs.rendering.rasterize import rasterize
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.rendering.strokes import (
@@ -32,7 +31,6 @@ from tests.rendering.strokes import (
 
 # (width, height); a tile is 32 x 16 pixels, a block 4 x 4.
 SIZES = [(1, 1), (33, 17), (1, 200), (200, 1), (64, 32), (41, 23)]
-STEP = 1 / 255  # one step of an 8-bit picture
 ORDERS = "", "soft=0.02", "soft=0.5", "soft=20"
 ENDS = "", "cut", "stop=0", "stop=1e-6", "stop=0.02", "stop=0.3"
 # Every value of an axis meets every value of the others. Kernels have no order and no streaks.
@@ -187,59 +185,6 @@ def test_a_pile_without_a_stop_takes_all_strokes_of_a_pixel():
 
 
 # Float32
-
-
-@pytest.mark.parametrize("seed", [0, 4])
-@pytest.mark.parametrize("path", PATHS)
-def test_float32_is_off_by_rounding_or_at_a_threshold(path, seed, monkeypatch):
-    """Off by rounding, or at a threshold: a box's outline, the edge of a nearest texel, a skip or a stop.
-
-    Measured over 12 seeds: rounding moves a picture by at most 1.2e-4 (bilinear; 8e-6 and less otherwise), in
-    the mean by 2e-6; pixels off by more than 1/255 are 7e-6 of all (bilinear, two of 288,000), 4e-5 (nearest)
-    or none. With seeds 0 and 4 both kinds occur; each such pixel must be one that thresholds moved by the
-    rounding error of float32 decide about.
-    """
-    kind, filter = PATHS[path]
-    boxes = random_boxes(2500, 200, 120, seed=seed, sizes=(0.5, 20), dtype=np.float32)
-    painting = Painting(boxes, texture_of(kind), {"filter": filter, "width": 200, "height": 120})
-    actual, expected = painting.frame(), painting.defined()
-    assert actual.rgb.dtype == actual.alpha.dtype == actual.depth.dtype == np.float32
-    off = np.abs(actual.rgb - expected.rgb).max(axis=2)
-    assert (off > STEP).mean() <= 1e-4
-    rows, columns = np.nonzero(off > 2e-4)
-    for row, column in zip(rows, columns, strict=True):
-        assert is_at_threshold(monkeypatch, boxes, path, row, column)
-    calm = off <= 2e-4
-    assert off[calm].mean() < 5e-6
-    assert np.abs(actual.alpha - expected.alpha)[calm].mean() < 5e-6
-    np.testing.assert_allclose(actual.depth[calm], expected.depth[calm], rtol=1e-3, atol=1e-6)
-    assert np.abs(actual.depth[calm] - expected.depth[calm]).mean() < 1e-5
-
-
-def is_at_threshold(monkeypatch, boxes: Boxes, path: str, row: int, column: int) -> bool:
-    """Whether moves of the size of float32's rounding make this pixel of the definition another one."""
-    kind, filter = PATHS[path]
-    # One pixel of the picture, and the boxes moved so that it is the only one.
-    near = np.abs(boxes.centers - (column, row)).max(axis=1) < 2 * boxes.half_extents.max(axis=1) + 2
-    boxes = boxes.take(near).astype(np.float64)
-    boxes = replace(boxes, centers=boxes.centers - (column, row))
-
-    def pixel(moved: Boxes, **options) -> np.ndarray:
-        size = {"width": 1, "height": 1}
-        return reference.rasterize(
-            moved, texture_of(kind), RasterOptions(filter=filter, **size, **options)
-        ).rgb[0, 0]
-
-    reach = 1e-6  # of 20 px and of 1: some eight units in the last place
-    moved = [pixel(replace(boxes, centers=boxes.centers + 20 * reach * np.array(d))) for d in np.eye(2)]
-    moved += [pixel(replace(boxes, centers=boxes.centers - 20 * reach * np.array(d))) for d in np.eye(2)]
-    moved += [pixel(replace(boxes, half_extents=boxes.half_extents * (1 + f * reach))) for f in (-1, 1)]
-    for factor in (1 - 10 * reach, 1 + 10 * reach):
-        moved.append(pixel(boxes, min_transmittance=MIN_TRANSMITTANCE * factor))
-        with monkeypatch.context() as patch:
-            patch.setattr(reference, "MIN_ALPHA", MIN_ALPHA * factor)
-            moved.append(pixel(boxes))
-    return bool(np.abs(np.array(moved) - pixel(boxes)).max() > 2e-4)
 
 
 def opacities_at_the_skip(noise: np.ndarray) -> np.ndarray:

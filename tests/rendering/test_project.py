@@ -6,7 +6,6 @@ from math import factorial
 import numpy as np
 import pytest
 from numpy.polynomial import legendre
-from scipy.spatial.transform import Rotation
 
 from brushgs.rendering import reference
 from brushgs.rendering.options import ProjectOptions
@@ -90,13 +89,14 @@ OPTIONS = {
 
 @for_each(
     ("degree", "options", "lock", "fade", "antialiased"),
-    pairs_of((0, 1, 2, 3), OPTIONS, ("off", "anchor", "given"), (False, True), (False, True)),
+    pairs_of((0, 1, 2, 3), OPTIONS, ("off", "anchor", "given", "scaled"), (False, True), (False, True)),
 )
 @for_each("dtype", NEAR)
 def test_core_agrees_with_the_definition(dtype, degree, options, lock, fade, antialiased):
     scene = replace(random_scene(800, degree=degree, dtype=dtype), antialiased=antialiased)
     angles = np.random.default_rng(1).uniform(-3, 3, len(scene)).astype(np.float32)
-    how = {"lock": Directions(angles) if lock == "given" else lock, "fade": fade, **OPTIONS[options]}
+    given = {"given": Directions(angles), "scaled": Directions(angles, 1 + np.abs(angles[::-1]))}
+    how = {"lock": given.get(lock, lock), "fade": fade, **OPTIONS[options]}
     boxes = project(scene, FRONT, **how)
     assert 200 < len(boxes) < 800
     assert_same_boxes(boxes, reference.project(scene, FRONT, **how), **NEAR[dtype])
@@ -126,24 +126,6 @@ def test_core_agrees_off_centre_and_with_oblong_pixels():
     assert_same_boxes(project(scene, camera), reference.project(scene, camera), rtol=1e-9, atol=1e-9)
 
 
-def test_definition_keeps_the_principal_frame_of_the_projected_covariance():
-    """The definition against an eigendecomposition of the covariance, which is exact enough here."""
-    scene = random_scene(300)
-    scene = replace(scene, means=scene.means * 0.2)  # all inside: the clamp of the Jacobian does nothing
-    boxes = reference.project(scene, FRONT)
-    rows = boxes.ids
-    W, t = FRONT.viewmat[:3, :3], scene.means[rows] @ FRONT.viewmat[:3, :3].T + FRONT.viewmat[:3, 3]
-    rotations = Rotation.from_quat(scene.quats[rows][:, [1, 2, 3, 0]]).as_matrix()
-    f, z = FRONT.K[0, 0], t[:, 2]
-    for i, row in enumerate(rows):
-        J = np.array([[f / z[i], 0, -f * t[i, 0] / z[i] ** 2], [0, f / z[i], -f * t[i, 1] / z[i] ** 2]])
-        M = J @ W @ rotations[i] @ np.diag(scene.scales[row])
-        variances, axes = np.linalg.eigh(M @ M.T + 0.3 * np.eye(2))
-        np.testing.assert_allclose(boxes.half_extents[i], 2 * np.sqrt(variances[::-1]), rtol=1e-6)
-        u = np.array([np.cos(boxes.angles[i]), np.sin(boxes.angles[i])])
-        assert abs(u @ axes[:, 1]) > 1 - 1e-6
-
-
 # Antialiased scenes
 
 
@@ -165,26 +147,6 @@ def test_an_antialiased_needle_keeps_the_share_of_its_scales(aspect, dtype):
 
 
 # Shapes that are hard
-
-
-@for_each("aspect", [1e1, 1e3, 1e5, 1e8])
-def test_needles_of_any_direction_keep_both_extents(aspect):
-    """The rows of M span a parallelogram: its area over the longer extent is the shorter one.
-
-    Measured worst against extended precision: 6e-15 for either extent up to aspect 1e8, 3e-12 at 1e10.
-    """
-    g = np.random.default_rng(1)
-    scene = random_scene(2000, seed=1)
-    thin = np.exp(g.uniform(0, np.log(3), (2000, 2))) / aspect
-    scene = replace(scene, scales=np.column_stack([np.ones(2000), thin]))
-    boxes = project(scene, FRONT, low_pass=0.0)
-    t = scene.means[boxes.ids] @ FRONT.viewmat[:3, :3].T + FRONT.viewmat[:3, 3]
-    J, W = reference.jacobian(t, FRONT), FRONT.viewmat[:3, :3]
-    M = J @ W @ reference.rotation_matrices(scene.quats[boxes.ids]) * scene.scales[boxes.ids, None, :]
-    longer = np.linalg.norm(M, ord=2, axis=(1, 2))
-    shorter = np.linalg.norm(np.cross(M[:, 0], M[:, 1]), axis=1) / longer
-    np.testing.assert_allclose(boxes.half_extents, 2 * np.stack([longer, shorter], axis=1), rtol=1e-12)
-    assert (longer / shorter).max() > 0.9 * aspect
 
 
 @for_each("dtype", [np.float32, np.float64])

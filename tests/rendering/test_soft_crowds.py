@@ -102,26 +102,6 @@ def test_up_to_160_that_wait_are_painted_without_error_and_more_of_one_depth_too
     assert error_of(level) < 1e-12
 
 
-def test_strokes_that_move_through_a_crowd_never_jump():
-    """Strokes enter cells and leave them: the steps are those of the definition, give or take two errors."""
-    g = np.random.default_rng(2)
-    still = crowd(300, opacities=(0.01, 0.08), softness=(0.4, 1.0), spread=0.6)
-    still = replace(still, colors=np.where(np.arange(300)[:, None] % 2, 1.0, 0.0) * np.ones(3))
-    speed = g.normal(size=300)
-    previous, jumps = None, []
-    for step in np.linspace(0, 0.05, 6):
-        depths = still.depths + step * speed
-        order = np.argsort(depths, kind="stable")
-        names = ("centers", "half_extents", "angles", "colors", "opacities", "softness")
-        columns = {name: getattr(still, name)[order] for name in names}
-        boxes = replace(still, depths=depths[order], **columns)
-        actual, expected = painted(boxes).rgb, reference.rasterize(boxes, ridges(), RasterOptions(**SIZE)).rgb
-        if previous is not None:
-            jumps.append(np.abs((actual - previous[0]) - (expected - previous[1])).max())
-        previous = actual, expected
-    assert max(jumps) < 2 * ERROR <= 1 / 255
-
-
 def test_threads_and_the_tiles_before_change_no_bit():
     """Memory of a thread is kept: a tile of a crowd leaves nothing behind for the next."""
     g = np.random.default_rng(5)

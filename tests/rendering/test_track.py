@@ -82,34 +82,6 @@ def difference(first, second) -> np.ndarray:
 # One view
 
 
-LOCKS = {
-    "off": "off",
-    "anchor": "anchor",
-    "given": Directions(np.random.default_rng(3).uniform(-3.1, 3.1, 400).astype(np.float32)),
-    "given, scaled": Directions(
-        np.random.default_rng(4).uniform(-3.1, 3.1, 400).astype(np.float32),
-        np.random.default_rng(5).uniform(1, 3, 400).astype(np.float32),
-    ),
-}
-
-
-@for_each("fade", [False, True])
-@for_each("lock", LOCKS)
-@for_each("dtype", [np.float64, np.float32])
-def test_the_kernel_is_the_definition_for_every_lock(lock, fade, dtype):
-    scene = strokes(400, dtype=np.float32).astype(dtype)
-    actual = project(scene, FRONT, lock=LOCKS[lock], fade=fade)
-    expected = reference.project(scene.astype(np.float64), FRONT, lock=LOCKS[lock], fade=fade)
-    np.testing.assert_array_equal(np.sort(actual.ids), np.sort(expected.ids))
-    order, expected_order = np.argsort(actual.ids), np.argsort(expected.ids)
-    tolerance = {"rtol": 1e-9, "atol": 1e-9} if dtype == np.float64 else {"rtol": 1e-6, "atol": 1e-5}
-    for name in ("centers", "half_extents", "opacities", "depths"):
-        values, truth = getattr(actual, name)[order], getattr(expected, name)[expected_order]
-        np.testing.assert_allclose(values, truth, err_msg=name, **tolerance)
-    off = difference(actual.angles[order], expected.angles[expected_order])
-    assert off.max() < (1e-9 if dtype == np.float64 else 1e-6)
-
-
 def test_an_anchored_stroke_points_where_its_own_first_axis_points():
     """Also a disc that faces the camera. Without a lock what is vertical flips."""
     for scale in ((0.5, 0.01, 0.01), (0.3, 0.3, 0.01), (0.3, 0.3 * (1 - 1e-9), 0.3)):
