@@ -14,8 +14,7 @@ from brushgs import cli
 from brushgs.formats.pictures import encoding
 from brushgs.formats.pictures.images import write_frame
 from brushgs.formats.pictures.layered import write_ora, write_psd
-from brushgs.options.look import Look
-from brushgs.options.painting import PaintConfig, ViewConfig
+from brushgs.options.painting import PaintConfig
 from brushgs.pipeline import outputs
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
@@ -26,6 +25,7 @@ from brushgs.rendering.surface import flat
 from brushgs.rendering.wanted import Wanted
 from brushgs.still_life import still_life_camera
 from tests.io.openraster import composite, layers_of, picture_in
+from tests.kit.configs import blind
 from tests.outlets.page.paintings import CAMERA, some_coat, some_strokes
 from tests.scenes import save_upright, still_life_of
 
@@ -45,9 +45,7 @@ def still_life():
 
 
 def painting_of(look, scene, **draw):
-    config = Look.open(look).config
-    config = replace(config, cluster=replace(config.cluster, strokes=300), view=ViewConfig(size=SIZE))
-    config = replace(config, draw=replace(config.draw, **draw))
+    config = blind(look, 300, SIZE, draw=draw)
     camera = still_life_camera(width=SIZE[0], height=SIZE[1])
     return prepare(scene, config, Report(), views=camera).painting, camera
 

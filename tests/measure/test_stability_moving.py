@@ -44,7 +44,7 @@ def clip_of(scene, **options):
 def written(tmp_path_factory):
     """The report of six frames in which the pear rolls, and the file of its figures."""
     path = tmp_path_factory.mktemp("moving") / "a.json"
-    scene = still_life_moving(3000)
+    scene = still_life_moving(1500)
     report_stability(clip_of(scene), path, PAINT, None, FEW, make_extra_painters=painterly_painters)
     return json.loads(path.read_text())
 

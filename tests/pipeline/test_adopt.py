@@ -14,7 +14,7 @@ from brushgs.outlets.adopt import paint_over
 from brushgs.values.frame import Frame
 from tests.scenes import save_upright, still_life_of
 
-VIEW = ("--size", "320x240", "--quiet")
+VIEW = ("--size", "320x240", "--see", "off", "--quiet")
 RED = np.float32([0.9, 0.05, 0.05])
 
 
@@ -81,8 +81,9 @@ def test_films_show_marks(folder):
 
 @pytest.mark.parametrize("name", ["page.html", "model.glb"])
 def test_pages_and_models_hold_strokes_for_marks(folder, name):
-    run(folder, "export", "scene.ply", "--strokes", "150", "-o", f"plain_{name}", "--quiet")
-    run(folder, "export", "scene.ply", "--strokes", "150", "--marks", "scene.marks", "-o", name, "--quiet")
+    words = ("export", "scene.ply", "--strokes", "150", "--see", "off", "--quiet")
+    run(folder, *words, "-o", f"plain_{name}")
+    run(folder, *words, "--marks", "scene.marks", "-o", name)
     assert (folder / name).read_bytes() != (folder / f"plain_{name}").read_bytes()
 
 

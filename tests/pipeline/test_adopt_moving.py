@@ -77,7 +77,7 @@ def folder(tmp_path_factory):
 
 
 def render(folder, output, *words):
-    own = ("--strokes", "150", "--quiet", "-o", str(folder / output))
+    own = ("--strokes", "150", "--see", "off", "--quiet", "-o", str(folder / output))
     assert main(["render", str(folder / "clip"), *own, *VIEW, *words]) == 0
 
 

@@ -9,8 +9,6 @@ import pytest
 import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import LAYERS
-from brushgs.options.look import Look
-from brushgs.options.painting import ViewConfig
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering import marks as marks_of_view
@@ -22,6 +20,7 @@ from brushgs.rendering.wanted import Following, Wanted
 from brushgs.still_life import still_life_camera
 from brushgs.values.layers import Matte
 from brushgs.values.quats import quat_products
+from tests.kit.configs import blind
 from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 from tests.scenes import still_life_of
@@ -45,9 +44,8 @@ def painting_of(strokes, options=OPTIONS, texture=FLAT):
 @lru_cache
 def look_of(name):
     """The painting of a look in the still life, and its camera."""
-    config = Look.open(name).config
-    config = replace(config, cluster=replace(config.cluster, strokes=300), view=ViewConfig(size=(80, 60)))
-    prepared = prepare(still_life_of(2000), config, Report(), views=still_life_camera(width=80, height=60))
+    config, camera = blind(name, 300, (80, 60)), still_life_camera(width=80, height=60)
+    prepared = prepare(still_life_of(2000), config, Report(), views=camera)
     return prepared.painting, prepared.cameras[0]
 
 

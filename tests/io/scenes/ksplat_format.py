@@ -39,6 +39,16 @@ def in_bands(rest: Any) -> list[float]:
     return found
 
 
+def _row(scene: Scene, row: int, mean: Any, level: int, limits: tuple[float, float]) -> bytes:
+    rgba = [byte(255 * value) for value in (*scene["colors"][row], scene["opacities"][row])]
+    rest = in_bands(scene["rest"][row])
+    if level == 2:
+        low, high = limits
+        rest = [min(max(math.floor((value - low) / (high - low) * 255), 0), 255) for value in rest]
+    base = BASE[level].pack(*mean, *scene["scales"][row], *scene["quats"][row], *rgba)
+    return base + struct.pack(f"<{len(rest)}{REST[level]}", *rest)
+
+
 def _section(
     scene: Scene, level: int, room: int, partial: list[int], offsets: int, limits: tuple[float, float]
 ) -> tuple[bytes, bytes]:
@@ -53,21 +63,12 @@ def _section(
         np.float32(scene["means"][[b == bucket for b in bucket_of]].mean(axis=0)) if length else np.zeros(3)
         for bucket, length in enumerate(lengths)
     ]
-    step = BLOCK / 2 / offsets
     rows = []
-    for row in range(num_rows):
-        mean = scene["means"][row]
+    for row, mean in enumerate(scene["means"]):
         if level:
-            mean = [round(d / step) + offsets for d in mean - centers[bucket_of[row]]]
-        rgba = [byte(255 * value) for value in (*scene["colors"][row], scene["opacities"][row])]
-        rest = in_bands(scene["rest"][row])
-        if level == 2:
-            low, high = limits
-            rest = [min(max(math.floor((value - low) / (high - low) * 255), 0), 255) for value in rest]
-        rows.append(
-            BASE[level].pack(*mean, *scene["scales"][row], *scene["quats"][row], *rgba)
-            + struct.pack(f"<{len(rest)}{REST[level]}", *rest)
-        )
+            away = mean - centers[bucket_of[row]]
+            mean = [round(d / (BLOCK / 2 / offsets)) + offsets for d in away]
+        rows.append(_row(scene, row, mean, level, limits))
     size = BASE[level].size + struct.calcsize(f"<{3 * NUM_REST[degree]}{REST[level]}")
     data = b"".join(rows) + b"\xee" * size * (room - num_rows)
     if level:
@@ -105,6 +106,15 @@ def encode(
     return b"".join([*parts, *(data for _, data in sections)])
 
 
+def _terms(rest: list[float], degree: int) -> list[list[float]]:
+    """The opposite of `in_bands`: one coefficient of all channels after the other."""
+    terms = []
+    for band in range(1, degree + 1):
+        width, first = 2 * band + 1, 3 * (band * band - 1)
+        terms += [[rest[first + width * channel + m] for channel in range(3)] for m in range(width)]
+    return terms
+
+
 def decode(data: bytes) -> dict[str, np.ndarray]:
     """Columns as the reader returns them; coefficients of bands that a section has not are 0."""
     num_sections, level = struct.unpack_from("<I", data, 4)[0], struct.unpack_from("<H", data, 20)[0]
@@ -118,9 +128,9 @@ def decode(data: bytes) -> dict[str, np.ndarray]:
         offsets = offsets or 32767
         lengths = [bucket_rows] * num_full + list(struct.unpack_from(f"<{num_partial}I", data, start))
         start += 4 * num_partial
-        centers = [struct.unpack_from("<3f", data, start + 12 * bucket) for bucket in range(num_buckets)]
+        centers = np.frombuffer(data, "<f4", 3 * num_buckets, start).reshape(-1, 3).astype(float)
         start += 12 * num_buckets
-        bucket_of = [bucket for bucket, length in enumerate(lengths) for _ in range(length)]
+        bucket_of = np.repeat(np.arange(len(lengths)), lengths)
         num_rest = NUM_REST[degree]
         kind = f"<{3 * num_rest}{REST[level]}"
         size = BASE[level].size + struct.calcsize(kind)
@@ -128,8 +138,7 @@ def decode(data: bytes) -> dict[str, np.ndarray]:
             values = BASE[level].unpack_from(data, start + size * row)
             mean = values[:3]
             if level:
-                center = centers[bucket_of[row]]
-                mean = [(v - offsets) * block / 2 / offsets + c for v, c in zip(mean, center, strict=True)]
+                mean = (np.array(mean) - offsets) * block / 2 / offsets + centers[bucket_of[row]]
             found["means"].append(mean)
             found["scales"].append(values[3:6])
             found["quats"].append(values[6:10])
@@ -137,11 +146,8 @@ def decode(data: bytes) -> dict[str, np.ndarray]:
             rest = list(struct.unpack_from(kind, data, start + size * row + BASE[level].size))
             if level == 2:
                 rest = [value / 255 * (high - low) + low for value in rest]
-            terms = [[(value / 255 - 0.5) / C0 for value in values[10:13]]]
-            for band in range(1, degree + 1):
-                width, first = 2 * band + 1, 3 * (band * band - 1)
-                terms += [[rest[first + width * channel + m] for channel in range(3)] for m in range(width)]
-            found["sh"].append(terms)
+            color = [(value / 255 - 0.5) / C0 for value in values[10:13]]
+            found["sh"].append([color, *_terms(rest, degree)])
         start += size * room
     most = max(map(len, found["sh"]))
     found["sh"] = [terms + [[0.0] * 3] * (most - len(terms)) for terms in found["sh"]]

@@ -6,6 +6,7 @@ Both are written apart from the reader: plain Python numbers, no arrays.
 import gzip
 import math
 import struct
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -119,39 +120,41 @@ def streams(data: bytes) -> list[bytes]:
     return found
 
 
+def _parts(content: bytes, version: int, sizes: list[int]) -> list[bytes]:
+    if version < 4:
+        return [content[start:end] for start, end in pairwise(np.cumsum([16, *sizes]))]
+    parts = [zstandard.ZstdDecompressor().decompress(stream) for stream in streams(content)]
+    return parts + [b""] * (6 - len(parts))
+
+
 def decode(data: bytes, most: int | None = None) -> dict[str, np.ndarray]:
     """Columns of a file, or of its first Gaussians, as the reader returns them."""
     content = gzip.decompress(data) if data[:2] == b"\x1f\x8b" else data
     _, version, count, degree, bits = struct.unpack_from("<4sIIBB", content)
     per_row = [6 if version == 1 else 9, 1, 3, 3, 3 if version < 3 else 4, 3 * NUM_REST[degree]]
-    parts = []
-    if version < 4:
-        start = 16
-        for size in per_row:
-            parts.append(content[start : start + size * count])
-            start += size * count
-    else:
-        parts = [zstandard.ZstdDecompressor().decompress(stream) for stream in streams(content)]
-        parts += [b""] * (6 - len(parts))
+    parts = _parts(content, version, [size * count for size in per_row])
     rows = [
         [part[size * row : size * (row + 1)] for part, size in zip(parts, per_row, strict=True)]
         for row in range(min(count, most or count))
     ]
     scene: Scene = {name: [] for name in ("means", "opacities", "sh0", "log_scales", "quats", "rest")}
     for position, alpha, color, scale, rotation, rest in rows:
-        if version == 1:
-            scene["means"].append(struct.unpack("<3e", position))
-        else:
-            integers = [int.from_bytes(position[i : i + 3], "little", signed=True) for i in (0, 3, 6)]
-            scene["means"].append([value / 2**bits for value in integers])
+        scene["means"].append(_decode_position(position, bits))
         scene["opacities"].append(alpha[0] / 255)
         scene["sh0"].append([(byte / 255 - 0.5) / 0.15 for byte in color])
         scene["log_scales"].append([byte / 16 - 10 for byte in scale])
         scene["quats"].append(_decode_rotation(rotation))
-        scene["rest"].append([[(rest[i + c] - 128) / 128 for c in range(3)] for i in range(0, len(rest), 3)])
+        scene["rest"].append(((np.frombuffer(rest, np.uint8) - 128.0) / 128).reshape(-1, 3).tolist())
     sh = [[color, *rest] for color, rest in zip(scene.pop("sh0"), scene.pop("rest"), strict=True)]
     scene["scales"] = np.exp(scene.pop("log_scales"))
     return {name: np.array(values) for name, values in (scene | {"sh": sh}).items()}
+
+
+def _decode_position(packed: bytes, bits: int) -> Any:
+    if len(packed) == 6:
+        return struct.unpack("<3e", packed)
+    integers = [int.from_bytes(packed[i : i + 3], "little", signed=True) for i in (0, 3, 6)]
+    return [value / 2**bits for value in integers]
 
 
 def _decode_rotation(packed: bytes) -> list[float]:

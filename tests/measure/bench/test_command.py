@@ -70,20 +70,24 @@ def test_the_command_writes_figures_table_and_plot(scene, capsys):
     precision, sizes = 2 * len(STOPS), len(SIZES)
     assert num == {"strokes": 3, "merge": 8, "filter": 3, "precision": precision, "sh": 2, "size": sizes}
     for family in found["families"]:
-        for kind in family["points"][0]["seconds"]:
-            assert any(kind in point["best_by"] for point in family["points"])
-        for point in family["points"]:
-            assert set(point) >= {"label", "series", "value", "error", "seconds", "verified", "strokes"}
-            assert point["verified"]["mean"] <= 2e-5
-            for spread in point["seconds"].values():
-                assert 0 < spread["q1"] <= spread["median"] <= spread["q3"]
-                assert spread["runs"] >= 1
+        check_points(family["points"])
     check_what_is_known(found)
 
     written = list(csv.DictReader(Path("pears-bench/bench.csv").read_text().splitlines()))
     points = [point for family in found["families"] for point in family["points"]]
     assert [row["label"] for row in written] == [point["label"] for point in points]
     assert [float(row["rmse"]) for row in written] == [point["error"]["rmse"] for point in points]
+
+
+def check_points(points):
+    for kind in points[0]["seconds"]:
+        assert any(kind in point["best_by"] for point in points)
+    for point in points:
+        assert set(point) >= {"label", "series", "value", "error", "seconds", "verified", "strokes"}
+        assert point["verified"]["mean"] <= 2e-5
+        for spread in point["seconds"].values():
+            assert 0 < spread["q1"] <= spread["median"] <= spread["q3"]
+            assert spread["runs"] >= 1
 
 
 def check_what_is_known(found):

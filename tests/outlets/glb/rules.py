@@ -40,18 +40,21 @@ def check_rules(glb):
         used["bufferViews"].add(image["bufferView"])
         assert "target" not in top["bufferViews"][image["bufferView"]]
     for camera in top["cameras"]:
-        lens = camera["perspective"]
-        assert camera["type"] == "perspective"
-        assert 0 < lens["yfov"] < np.pi
-        assert lens["aspectRatio"] > 0
-        assert lens["znear"] > 0
+        _check_camera(camera)
     for number in used["accessors"]:
         used["bufferViews"].add(top["accessors"][number]["bufferView"])
     used["buffers"] = {view["buffer"] for view in top["bufferViews"]}
     for name in LISTS:
         assert used[name] == set(range(len(top.get(name, [])))), f"{name}: missing or unused"
-    extensions = {name for material in top["materials"] for name in material.get("extensions", {})}
+    extensions = set().union(*(material.get("extensions", ()) for material in top["materials"]))
     assert sorted(extensions) == top.get("extensionsUsed", [])
+
+
+def _check_camera(camera):
+    lens = camera["perspective"]
+    assert camera["type"] == "perspective"
+    assert 0 < lens["yfov"] < np.pi
+    assert min(lens["aspectRatio"], lens["znear"]) > 0
 
 
 def _check_buffer(glb):

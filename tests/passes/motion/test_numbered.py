@@ -20,7 +20,7 @@ from brushgs.pipeline.report import Report
 from brushgs.still_life.moving import still_life_moving
 from brushgs.values.moving import MovingScene
 
-NUM, RATE, START, MOMENTS = 3000, 24, 1.3, 8  # while the pear rolls
+NUM, RATE, START, MOMENTS = 2000, 24, 1.3, 8  # while the pear rolls
 STROKES = 300
 STROKES_OF_PEAR = 500  # of which some five to ten have nothing but the pear, on whatever machine
 KINDS = "permuted", "resampled"
