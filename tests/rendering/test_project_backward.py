@@ -54,7 +54,7 @@ def backward(scene, v=None, camera=CAMERA, columns=GAUSSIAN_COLUMNS, num_threads
 
 
 CASES = {
-    **{f"SH degree {degree}": (scene_of(degree=degree), {}) for degree in TERMS},
+    **{f"SH degree {degree}": (scene_of(4, degree), {}) for degree in TERMS},
     "anchor": (scene_of(), {"lock": "anchor"}),
     "directions": (scene_of(), {"lock": directions()}),
     "scaled directions": (scene_of(), {"lock": directions(area_scales=True), "fade": True}),
@@ -81,7 +81,7 @@ CASES = {
 def test_gradients_are_differences_of_the_definition(case):
     scene, options = CASES[case]
     boxes = reference.project(scene, CAMERA, **options)
-    assert len(boxes) >= 8
+    assert len(boxes) >= len(scene) - 1
     v = weights(boxes)
     actual = backward(scene, v, **options)
 
