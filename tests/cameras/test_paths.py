@@ -266,19 +266,13 @@ def test_a_senseless_duration_is_refused(tmp_path, seconds, fps):
         ({}, "a camera path must be either an orbit or a path from a file, got neither"),
         ({"fps": 24.0}, "got neither"),
         ({"orbit": 9, "file": Path("a.json")}, "got both"),
-        ({"orbit": 2}, "orbit must be 3 to 99999 frames, got 2"),
-        ({"orbit": 100_000}, "orbit must be 3 to 99999 frames, got 100000"),
         (
             {"orbit": 9, "frames": 9},
             "frames cannot be combined with orbit, which is a number of frames; omit",
         ),
         ({"orbit": 9, "seconds": 3.0}, "seconds cannot be combined with orbit, .*; set fps"),
         ({"file": Path("a"), "frames": 9, "seconds": 3.0}, "frames cannot be combined with seconds"),
-        ({"file": Path("a"), "frames": 1}, "frames must be 2 to 99999, got 1"),
-        ({"file": Path("a"), "seconds": 0.0}, "seconds must be above 0, got 0"),
-        ({"file": Path("a"), "seconds": float("nan")}, "seconds must be above 0, got nan"),
         ({"file": Path("a"), "fps": 0.0}, "fps must be above 0 and at most 1000, got 0"),
-        ({"orbit": 9, "fps": float("inf")}, "fps must be above 0 and at most 1000, got inf"),
     ],
 )
 def test_senseless_paths_are_refused(options, sentence):

@@ -1,4 +1,4 @@
-"""Commands that run in this process, what they tell, and the scene file that most of them are given."""
+"""Commands that run here, processes and what they tell, and the scene file that most of them are given."""
 
 import json
 from pathlib import Path
@@ -39,6 +39,14 @@ def refused(capsys: pytest.CaptureFixture[str], *words: object) -> str:
     assert (code, out, err.count("\n")) == (2, "", 1), err
     assert err.startswith("brushgs: ")
     return err
+
+
+def is_alive(pid: int) -> bool:
+    """Whether a process runs: a zombie does not."""
+    try:
+        return "\nState:\tZ" not in Path(f"/proc/{pid}/status").read_text()
+    except OSError:
+        return False
 
 
 def stages_of(capsys: pytest.CaptureFixture[str], *words: object) -> dict[str, dict]:

@@ -65,8 +65,8 @@ def mask_of(gaussians: Gaussians, inside, camera: Camera):
 
 
 def iou(found, truth, weights=None) -> float:
-    """Intersection over union of two masks of Gaussians, 0 to 1."""
-    weights = np.ones(len(truth)) if weights is None else weights
+    """Intersection over union of two masks of Gaussians or pixels, 0 to 1."""
+    weights = np.ones(truth.shape) if weights is None else weights
     return float(weights[found & truth].sum() / weights[found | truth].sum())
 
 

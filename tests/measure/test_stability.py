@@ -246,8 +246,6 @@ def test_paths_and_numbers_by_which_nothing_can_be_compared_are_refused():
         ({"gaps": ()}, "gaps must ascend from 1, got none"),
         ({"gaps": (1, 7, 7)}, "gaps must ascend from 1, got 1, 7, 7"),
         ({"gaps": (2, 3)}, "gaps must ascend from 1, got 2, 3"),
-        ({"pairs": 0}, "pairs must be 1 or more, got 0"),
-        ({"alone": -1}, "alone must be 0 or more, got -1"),
     ):
         with pytest.raises(ValueError, match=match):
             StabilityConfig(**options)
@@ -376,7 +374,6 @@ def test_bad_input_is_one_sentence_and_leaves_nothing(scene, capsys):
         (["-o", "a.png", "--no-plot"], "--no-plot cannot be combined with an output that is a plot"),
         (["--stroke", "brush.png", "-o", "brush.png"], "is the input, which is never overwritten"),
         (["--background", "transparent"], "background must be a color or an image"),
-        (["--pairs", "0"], "--pairs must be a whole number of 1 or more, got '0'"),
         (["--path", "way.json"], "either an orbit or a path from a file, got both"),
         (["--lock", "off"], "unrecognized arguments: --lock off"),
     ):

@@ -14,6 +14,7 @@ import pytest
 from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.pipeline.parallel import parallel_map
+from tests.kit.commands import is_alive
 from tests.kit.for_each import for_each
 from tests.parallel import work
 from tests.parallel.conftest import NUM_FRAMES, run_script
@@ -144,14 +145,6 @@ ENDLESS = """
     for pid in parallel_map(process_id, itertools.count(), jobs=2):
         print(pid, flush=True)
     """
-
-
-def is_alive(pid):
-    """Whether a process runs: a zombie does not."""
-    try:
-        return "\nState:\tZ" not in Path(f"/proc/{pid}/status").read_text()
-    except OSError:
-        return False
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])

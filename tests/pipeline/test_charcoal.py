@@ -93,12 +93,10 @@ def test_lights_are_taken_out_and_chalk_lies_on_toned_paper_alone(drawn):
     assert "chalk" not in {one.name for one in others}
 
 
-def test_a_frame_alone_is_that_of_any_number_of_threads_and_depends_on_its_view_alone(drawn, picture):
+def test_a_frame_depends_on_its_view_alone(drawn, picture):
     other = bg.Camera.look_at((1, -1, -4), (0, 0, 0), width=SIZE[0], height=SIZE[1])
     drawn.painting.frame(other)
     np.testing.assert_array_equal(drawn.painting.frame(CAMERA).rgb, picture.rgb)
-    one = prepare(SCENE, config_of(draw={"threads": 1}), Report(), views=CAMERA)
-    np.testing.assert_array_equal(one.painting.frame(CAMERA).rgb, picture.rgb)
 
 
 def test_value_errors_are_what_masses_lack_to_a_line_of_those_of_the_scene():

@@ -139,3 +139,5 @@ def test_a_painting_stands_finished_for_a_second_or_a_quarter():
         assert grow.num_growing == num_growing
         assert grow.time(0) == 0
         assert grow.time(num_growing - 1) < 1 == grow.time(num_growing) == grow.time(grow.num_frames - 1)
+    with pytest.raises(ValueError, match="grow times fps must give 2 to 99999 frames, got 0"):
+        GrowConfig(0.01)

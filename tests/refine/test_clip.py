@@ -26,6 +26,7 @@ from brushgs.refine.targets import draw_targets, scene_over_time  # noqa: E402
 from brushgs.refine.variables import Variables  # noqa: E402
 from brushgs.refine.views import views_over_time  # noqa: E402
 from tests.clips import clip_of, moving_scene, save_clip  # noqa: E402
+from tests.kit.commands import run  # noqa: E402
 from tests.kit.for_each import for_each  # noqa: E402
 from tests.refine.stops import stopping_after  # noqa: E402
 
@@ -92,13 +93,6 @@ def test_strokes_come_nearer_to_the_clip_in_views_they_were_not_fitted_to(prepar
     assert motion_digest(prepared.moving) == before[1]
 
 
-def run(capsys, *words):
-    """Exit code, stdout and stderr of one command."""
-    code = cli.main(["refine", *map(str, words)])
-    captured = capsys.readouterr()
-    return code, captured.out, captured.err
-
-
 def contents(folder):
     return {path.name: path.read_bytes() for path in Path(folder).iterdir()}
 
@@ -115,7 +109,7 @@ def test_the_command_writes_a_folder_of_moments_and_tells_the_gain(
     folder, refined, tmp_path, monkeypatch, capsys
 ):
     monkeypatch.chdir(tmp_path)
-    code, out, err = run(capsys, folder, *SMALL, "--json", "--report", "report")
+    code, out, err = run(capsys, "refine", folder, *SMALL, "--json", "--report", "report")
     assert (code, err) == (0, "")
     report = json.loads(out)
     assert report["output"] == "dance-refined/"
@@ -135,9 +129,9 @@ def test_the_command_writes_a_folder_of_moments_and_tells_the_gain(
 def test_a_run_that_was_stopped_resumes_to_the_same_files(folder, refined, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     with stopping_after(monkeypatch, 6):
-        said = run(capsys, folder, *SMALL)
+        said = run(capsys, "refine", folder, *SMALL)
     assert said == (130, "", "brushgs: stopped: --resume continues from step 6: dance-refined.checkpoint\n")
-    code, out, err = run(capsys, folder, *SMALL, "--resume")
+    code, out, err = run(capsys, "refine", folder, *SMALL, "--resume")
     assert (code, out) == (0, "dance-refined/\n")
     assert "resumed from step 6" in " ".join(err.split())
     assert contents("dance-refined") == contents(refined)
@@ -159,7 +153,7 @@ def test_a_bad_flag_gets_one_sentence(folder, tmp_path, monkeypatch, capsys, wor
     monkeypatch.chdir(tmp_path)
     Path("file").write_text("mine")
     before = contents(folder)
-    code, out, err = run(capsys, folder, *SMALL, *(word.format(folder=folder) for word in words))
+    code, out, err = run(capsys, "refine", folder, *SMALL, *(word.format(folder=folder) for word in words))
     assert (code, out, err.count("\n")) == (2, "", 1), err
     assert re.search(sentence, err), err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["file"]
@@ -206,7 +200,7 @@ def test_a_clip_is_refined_toward_a_style(folder, tmp_path, monkeypatch, capsys)
     rgb = (np.broadcast_to(stripes, (64, 80, 3)) + g.normal(0, 0.02, (64, 80, 3))).clip(0, 1)
     flat = np.ones((64, 80), np.float32)
     bg.save(bg.Frame(rgb.astype(np.float32), flat, flat), "style.png")
-    code, out, err = run(capsys, folder, *SMALL, "--style", "style.png", "--json")
+    code, out, err = run(capsys, "refine", folder, *SMALL, "--style", "style.png", "--json")
     assert (code, err) == (0, "")
     stages = {stage["name"]: stage["counts"] for stage in json.loads(out)["stages"]}
     scores = stages["refine"]["curve_scores"]

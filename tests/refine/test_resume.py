@@ -15,6 +15,7 @@ import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
 from brushgs.formats.scenes import write  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
+from tests.kit.commands import run  # noqa: E402
 from tests.kit.for_each import for_each  # noqa: E402
 from tests.refine.stops import stopping_after  # noqa: E402
 from tests.scenes import save_upright, still_life_of  # noqa: E402
@@ -40,13 +41,6 @@ def scene(made, tmp_path, monkeypatch):
     """A scene file; the current folder is empty."""
     monkeypatch.chdir(tmp_path)
     return str(made / "pears.ply")
-
-
-def run(capsys, *words):
-    """Exit code, stdout and stderr of one command."""
-    code = cli.main(["refine", *map(str, words)])
-    captured = capsys.readouterr()
-    return code, captured.out, captured.err
 
 
 def names():
@@ -83,7 +77,7 @@ def stopped(scene, stop):
 def test_ctrl_c_names_the_checkpoint_and_the_run_is_resumed_to_the_same_file(stopped, scene, made, capsys):
     assert stopped == f"brushgs: stopped: --resume continues from step 6: {CHECKPOINT}\n"
     assert names() == [CHECKPOINT]
-    code, out, err = run(capsys, scene, *SMALL, "--resume")
+    code, out, err = run(capsys, "refine", scene, *SMALL, "--resume")
     assert (code, out) == (0, f"{OUTPUT}\n")
     assert "resumed from step 6" in " ".join(err.split())
     assert_same_strokes(made)
@@ -98,7 +92,7 @@ def test_what_is_fitted_is_kept_until_it_is_written(scene, made, monkeypatch, ca
 
     with monkeypatch.context() as patch:
         patch.setattr(write, "write_scene", fail)
-        code, _, err = run(capsys, scene, *SMALL)
+        code, _, err = run(capsys, "refine", scene, *SMALL)
     advice = f"--resume continues from step 10: {CHECKPOINT}\n"
     if error is KeyboardInterrupt:
         assert (code, err) == (130, f"brushgs: stopped: {advice}")
@@ -106,19 +100,19 @@ def test_what_is_fitted_is_kept_until_it_is_written(scene, made, monkeypatch, ca
         assert (code, err) == (2, f"brushgs: note: {advice}brushgs: No space left on device\n")
     assert names() == [CHECKPOINT]
     monkeypatch.setattr(fit_module.Fit, "_step", fail)  # no step is done again
-    assert run(capsys, scene, *SMALL, "--resume", "--quiet") == (0, "", "")
+    assert run(capsys, "refine", scene, *SMALL, "--resume", "--quiet") == (0, "", "")
     assert_same_strokes(made)
     assert names() == [OUTPUT]
 
 
 def test_resume_without_a_checkpoint_says_so_and_starts(scene, made, capsys):
-    code, out, err = run(capsys, scene, *SMALL, "--resume")
+    code, out, err = run(capsys, "refine", scene, *SMALL, "--resume")
     assert (code, out) == (0, f"{OUTPUT}\n")
     note = f"--resume found no checkpoint {CHECKPOINT}; the fit starts at its first step"
     assert err.startswith(f"brushgs: note: {note}\n")  # before anything else: it may take long
     assert err.count("note:") == 1
     assert_same_strokes(made)
-    _, out, err = run(capsys, scene, *SMALL, "--resume", "--json", "-o", OUTPUT)
+    _, out, err = run(capsys, "refine", scene, *SMALL, "--resume", "--json", "-o", OUTPUT)
     assert err == ""
     assert json.loads(out)["notes"] == [note]
 
@@ -142,7 +136,7 @@ def test_a_checkpoint_is_refused_with_other_options(stopped, scene, capsys, word
         pytest.importorskip("kornia", reason="needs the extra [refine]")
         rgb = np.full((8, 8, 3), (0.1, 0.2, 0.8), np.float32)
         bg.save(bg.Frame(rgb, np.ones((8, 8), np.float32), np.zeros((8, 8), np.float32)), "style.png")
-    code, out, err = run(capsys, scene, *SMALL, *words, "--resume")
+    code, out, err = run(capsys, "refine", scene, *SMALL, *words, "--resume")
     assert (code, out, err.count("\n")) == (2, "", 1)
     pattern = (
         rf"brushgs: {CHECKPOINT}: is the checkpoint of another fit \((.*)\); give the scene and the options"
@@ -155,15 +149,15 @@ def test_a_checkpoint_is_refused_with_another_scene_and_taken_with_the_same_of_a
     stopped, scene, made, capsys
 ):
     words = [*SMALL, "--resume", "-o", OUTPUT]
-    code, _, err = run(capsys, made / "apples.ply", *words)
+    code, _, err = run(capsys, "refine", made / "apples.ply", *words)
     assert code == 2
     assert f"{CHECKPOINT}: is the checkpoint of another fit (scene pears.ply, now apples.ply); " in err
     Path("pears.ply").write_bytes((made / "apples.ply").read_bytes())  # changed under its name
-    code, _, err = run(capsys, "pears.ply", *words)
+    code, _, err = run(capsys, "refine", "pears.ply", *words)
     assert code == 2
     assert "(another scene pears.ply); " in err
     Path("renamed.ply").write_bytes(Path(scene).read_bytes())
-    assert run(capsys, "renamed.ply", *words, "--quiet") == (0, "", "")
+    assert run(capsys, "refine", "renamed.ply", *words, "--quiet") == (0, "", "")
     assert_same_strokes(made)
 
 
@@ -173,7 +167,7 @@ def test_a_file_that_is_no_checkpoint_is_refused(scene, capsys, content):
         Path(CHECKPOINT).write_bytes(content)
     else:
         torch.save(content, CHECKPOINT)
-    code, out, err = run(capsys, scene, *SMALL, "--resume")
+    code, out, err = run(capsys, "refine", scene, *SMALL, "--resume")
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert err.startswith(f"brushgs: {CHECKPOINT}: is ")
     assert err.endswith("omit --resume\n") or "is the checkpoint of another fit" in err

@@ -17,7 +17,7 @@ from brushgs.cli import main
 from brushgs.cli.batch.jobs import read_jobs
 from brushgs.cli.batch.run import Outcome, Task, run_jobs
 from brushgs.options.sequence import SequenceConfig
-from tests.kit.commands import refused, run
+from tests.kit.commands import is_alive, refused, run
 from tests.kit.for_each import for_each
 from tests.scenes import save_upright, still_life_of
 
@@ -234,14 +234,6 @@ def test_a_job_that_ends_its_process_leaves_the_others_to_another_one(monkeypatc
     assert "was killed by signal 9; if it ran out of memory, use fewer --jobs" in found["die"].error
     assert found["exit"].error == "no room here"
     assert len({found[name].report["by"] for name in ("a", "b", "c")}) == 3
-
-
-def is_alive(pid):
-    """Whether a process runs: a zombie does not."""
-    try:
-        return "\nState:\tZ" not in Path(f"/proc/{pid}/status").read_text()
-    except OSError:
-        return False
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="asks /proc")

@@ -13,6 +13,7 @@ from brushgs.values.colors import oklab_of
 from brushgs.values.frame import Frame
 from brushgs.values.marks import Marks
 from tests.kit.for_each import for_each
+from tests.kit.regions import iou
 from tests.passes.scenes import gaussians_at, on_sphere
 
 WIDTH, HEIGHT, DISTANCE = 240, 180, 4.0
@@ -86,10 +87,6 @@ def marks_of(layer: F64) -> Marks:
     found = marks_of_paint(layer, below())
     assert found is not None
     return found
-
-
-def iou(first, second) -> float:
-    return float((first & second).sum() / (first | second).sum())
 
 
 @for_each("line", [*THICK, *BESIDE])
