@@ -410,6 +410,7 @@ NB_MODULE(_core, m) {
     bind_form(m);
     bind_layers(m);
     bind_rows(m);
+    bind_stage(m);
     bind_views(m);
     def_scenes<float>(m);
     def_scenes<double>(m);

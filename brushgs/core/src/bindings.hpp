@@ -31,6 +31,7 @@ void bind_boxes(nb::module_& m);   // bind_boxes.cpp
 void bind_form(nb::module_& m);    // bind_form.cpp
 void bind_layers(nb::module_& m);  // bind_layers.cpp
 void bind_rows(nb::module_& m);    // bind_rows.cpp
+void bind_stage(nb::module_& m);   // bind_stage.cpp
 void bind_views(nb::module_& m);   // bind_views.cpp
 
 // A C-contiguous array that is read, or written. Without a rank: an attribute [rows] or [rows, channels], or a layer.

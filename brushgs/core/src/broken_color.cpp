@@ -18,7 +18,6 @@ namespace brushgs {
 namespace {
 
 using Color = std::array<double, 3>;
-using Matrix = std::array<double, 9>;
 
 constexpr std::size_t kRowsPerItem = 256;
 constexpr std::size_t kAround = 8;  // neighbors whose mean shift, with its own, is subtracted
@@ -27,53 +26,6 @@ constexpr std::size_t kAround = 8;  // neighbors whose mean shift, with its own,
 constexpr double kColorful = 0.08, kAlong = 1.3, kAcross = 0.55;
 constexpr int kBisections = 8;
 constexpr double kRoundOff = 1e-9;  // of colors
-
-Color turned(const Matrix& matrix, const Color& from) {
-    Color to;
-    for (std::size_t i = 0; i < 3; ++i)
-        to[i] = matrix[3 * i] * from[0] + matrix[3 * i + 1] * from[1] + matrix[3 * i + 2] * from[2];
-    return to;
-}
-
-Matrix inverse_of(const Matrix& m) {
-    const Matrix adjugate{m[4] * m[8] - m[5] * m[7], m[2] * m[7] - m[1] * m[8], m[1] * m[5] - m[2] * m[4],
-                          m[5] * m[6] - m[3] * m[8], m[0] * m[8] - m[2] * m[6], m[2] * m[3] - m[0] * m[5],
-                          m[3] * m[7] - m[4] * m[6], m[1] * m[6] - m[0] * m[7], m[0] * m[4] - m[1] * m[3]};
-    const double determinant = m[0] * adjugate[0] + m[1] * adjugate[3] + m[2] * adjugate[6];
-    Matrix inverse = adjugate;
-    for (double& value : inverse) value /= determinant;
-    return inverse;
-}
-
-// The inverse of `linear_of`.
-double encoded_of(double linear) {
-    const double size = std::abs(linear);
-    return std::copysign(size <= 0.0031308 ? size * 12.92 : 1.055 * power_of(size, 1 / 2.4) - 0.055, linear);
-}
-
-// Display-encoded colors in OKLab, and back.
-class Oklab {
-public:
-    Oklab(const double* cones_from_rgb, const double* lab_from_roots) {
-        std::copy_n(cones_from_rgb, 9, cones_.begin());
-        std::copy_n(lab_from_roots, 9, lab_.begin());
-        from_cones_ = inverse_of(cones_);
-        from_lab_ = inverse_of(lab_);
-    }
-
-    Color lab_of(const Color& rgb) const { return oklab_of(rgb, cones_.data(), lab_.data()); }
-
-    Color rgb_of(const Color& lab) const {
-        Color roots = turned(from_lab_, lab);
-        for (double& value : roots) value = value * value * value;
-        Color rgb = turned(from_cones_, roots);
-        for (double& value : rgb) value = encoded_of(value);
-        return rgb;
-    }
-
-private:
-    Matrix cones_, lab_, from_cones_, from_lab_;
-};
 
 // Three normal random numbers of a position. Source: Box and Muller 1958, A note on the generation of random normal
 // deviates.

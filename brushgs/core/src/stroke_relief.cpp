@@ -41,8 +41,8 @@ std::vector<double> log_sizes(const T* scales, std::size_t count) {
 template <class T>
 double lightness_of(const PaintedStrokes<T>& strokes, std::size_t row) {
     const T* const sh = strokes.sh + 3 * strokes.sh_terms * row;
-    return oklab_of({base_color(sh, 0), base_color(sh, 1), base_color(sh, 2)}, strokes.cones_from_rgb,
-                    strokes.lab_from_roots)[0];
+    const Oklab oklab(strokes.cones_from_rgb, strokes.lab_from_roots);
+    return oklab.lab_of({base_color(sh, 0), base_color(sh, 1), base_color(sh, 2)})[0];
 }
 
 }  // namespace

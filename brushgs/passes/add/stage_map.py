@@ -76,8 +76,8 @@ class Manner:
 class Layout(NamedTuple):
     """The position of a map on a stage.
 
-    [STEPS] height in the map along the profile, from 0 at the foot to 1 at the top of the pictures, mirrored
-    above; number of repetitions around the axis; [STEPS] length of one map height in world units, along the
+    [steps] height in the map along the profile, from 0 at the foot to 1 at the top of the pictures, mirrored
+    above; number of repetitions around the axis; [steps] length of one map height in world units, along the
     profile and around the axis.
     """
 

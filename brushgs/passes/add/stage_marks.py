@@ -93,8 +93,7 @@ def _rows_of_marks(
     v = v + spacing * ASIDE * g.normal(0, 1, len(v))
     cos, sin = np.cos(turn), np.sin(turn)
     points = np.stack([u * cos - v * sin, np.zeros(len(u)), u * sin + v * cos], axis=1)
-    shade, contact, _ = shadow.at(points)
-    shade = np.maximum(shade, contact)
+    shade = shadow.at(points)[:, :2].max(axis=1)
     kept = shade >= least * (0.8 + 0.4 * g.random(len(shade)))
     return points[kept], shade[kept], turn + 0.04 * g.normal(0, 1, int(kept.sum()))
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from brushgs.core.native import core as _core
 from brushgs.passes.add.backdrop import seen_by_any
 from brushgs.passes.add.stage_ground import Ground
 from brushgs.passes.add.stage_map import Layout, Manner, layout_of, map_colors, map_contrasts, map_directions
@@ -12,31 +13,19 @@ from brushgs.passes.add.stage_place import Place
 from brushgs.passes.add.stage_shadow import REACH, Shadow
 from brushgs.passes.add.stage_surface import Spots, Surface, spots_on
 from brushgs.passes.add.stage_tones import Tones
-from brushgs.values.arrays import F64, Mask, smoothstep
+from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera
 from brushgs.values.colors import rgb_of_oklab
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0
 
-# Size of strokes, the root of length times width, in widths of the picture: near the subject and far from it,
-# by distance in its radii. They are 1.5 times as long, 0.19 to 0.4 of the width.
-NEAR_SIZE, FAR_SIZE, FAR = 0.12, 0.26, 3.0
 FINE = 0.55  # size of strokes in the shadow, relative to others at that distance
 OVERLAP = 9.6  # strokes over each point
 PLACE_JITTER, SIZE_JITTER = 0.35, 0.18  # in widths of a cell; standard deviation of the logarithm of sizes
-LEAST_SIZE = 0.1  # minimum size of a stroke, in radii, even for a close camera
 SIGMAS = 3.6  # size of a stroke in standard deviations
 THICKNESS = 0.01
 OPACITY = 0.95
-SWAY, LOOSE = 0.9, 0.16  # of directions on the wall, radians: broad waves; and of every stroke
-TABLE_SWAY = 0.16
 SHADED = 0.08  # minimum shade or contact of fine strokes
-DARKEST, CONTACT = 0.52, 0.30  # reduction of lightness by full shadow and full contact
-COOLER = np.array([-0.003, -0.016])  # change of a and b in full shadow
-REFLECTED = 0.5  # share of the color of near objects in their reflection
-UPPER, FAR_TABLE, FRONT = 0.10, 0.04, 0.03  # darkening of the wall upward, of the table to back and front
-LEVEL_UP_TO = 0.7  # share of the table's radius beyond which strokes turn along its edge
-BLEND = (0.02, 0.6)  # slopes of the cove over which table blends into wall, radians
 # In the manner of a painting: strokes over each point, maximum number of visible ones, and reach of one in
 # standard deviations.
 MARKED_OVERLAP, MOST_SEEN, SEEN_REACH = 6.0, 20_000, 3.0
@@ -173,7 +162,7 @@ def _marked_sizes(
     cameras: Sequence[Camera],
     usual: F64,
 ) -> F64:
-    """[STEPS] size of strokes along the profile, moved toward the mark size of paintings, world units."""
+    """[steps] size of strokes along the profile, moved toward the mark size of paintings, world units."""
     distance = float(np.median([np.linalg.norm(place.local(c.position[None])[0]) for c in cameras]))
     shorter = float(np.median([min(c.width, c.height) / c.width for c in cameras]))
     marks = (
@@ -188,18 +177,19 @@ def _count(surface: Surface, sizes: F64) -> float:
 
 
 def _sizes(surface: Surface, place: Place, cameras: Sequence[Camera]) -> F64:
-    """[STEPS] size of strokes along the profile, world units."""
+    """[steps] size of strokes along the profile, world units."""
     distance = float(np.median([np.linalg.norm(place.local(c.position[None])[0]) for c in cameras]))
-    away = np.clip((surface.rho - place.width) / (FAR * place.radius), 0, 1)
-    share = NEAR_SIZE + (FAR_SIZE - NEAR_SIZE) * away
-    sizes = share * place.seen_width(cameras) * np.hypot(1, surface.rho / max(distance, 1e-300))
-    return np.asarray(np.maximum(sizes, LEAST_SIZE * place.radius))
+    seen_width = place.seen_width(cameras)
+    found = _core.stroke_sizes(
+        surface.rho, radius=place.radius, width=place.width, distance=distance, seen_width=seen_width
+    )
+    return np.asarray(found)
 
 
 def _laid(
     surface: Surface, sizes: F64, g: np.random.Generator, overlap: float = OVERLAP, *, until: float = np.inf
 ) -> tuple[Spots, F64]:
-    """Places of strokes of these sizes, [STEPS] along the profile, and the size of each."""
+    """Places of strokes of these sizes, [steps] along the profile, and the size of each."""
     spots = spots_on(surface, sizes**2 / overlap, PLACE_JITTER, g, until=until)
     return spots, np.interp(spots.along, surface.length, sizes)
 
@@ -207,8 +197,7 @@ def _laid(
 def _is_shaded(spots: Spots, shadows: Sequence[Shadow], brushwork: Brushwork) -> Mask:
     is_shaded = np.zeros(len(spots.points), bool)
     for shadow in shadows if brushwork.shadow else ():
-        shade, contact, _ = shadow.at(spots.points)
-        is_shaded |= np.maximum(shade, contact) > SHADED
+        is_shaded |= shadow.at(spots.points)[:, :2].max(axis=1) > SHADED
     return is_shaded
 
 
@@ -222,66 +211,44 @@ def _colors(
     layout: Layout | None = None,
 ) -> F64:
     """[n, 3] OKLab of table and wall, in light and shadow; with a layout in the manner of paintings."""
-    covered = np.zeros(len(spots.points)) if ground is None else ground.at(spots.points)[0]
-    low, high = BLEND
-    wall = smoothstep((surface.slope(spots.along) - low) / (high - low))[:, None]
-    table = _table(spots.points, surface, tones, ground)
-    lab = table + wall * (_wall(spots.points, surface, tones) - table)
+    covered, own = (None, None) if ground is None else ground.at(spots.points)
+    lab = np.asarray(
+        _core.surface_colors(
+            spots.points,
+            surface.slope(spots.along),
+            table=tones.table.tolist(),
+            wall=tones.wall.tolist(),
+            slope=tones.slope,
+            reach=surface.wall,
+            ground_lab=own,
+            ground_extent=0.0 if ground is None else ground.extent,
+        )
+    ).reshape(-1, 3)
     if layout is not None and brushwork.manner is not None:
         lab = map_colors(brushwork.manner, layout, surface, spots, lab)
-    if brushwork.shadow == 0:
-        return lab
-    shade, contact, reflected = shadow.at(spots.points)
-    share = brushwork.shadow * (1 - covered)  # the scene's own ground has its shadow already
-    lab[:, 1:] += (share[:, None] * REFLECTED * reflected) + (share * shade)[:, None] * COOLER
-    lab[:, 0] *= (1 - DARKEST * share * shade) * (1 - CONTACT * share * contact)
-    return lab
-
-
-def _table(points: F64, surface: Surface, tones: Tones, ground: Ground | None) -> F64:
-    """[n, 3] OKLab of a table at local points: darker at the back and in front; near a ground like it."""
-    right, _, away = points.T
-    lab = np.tile(tones.table, (len(points), 1))
-    far = np.clip(away / surface.wall, -1, 1)
-    lab[:, 0] -= np.where(far > 0, FAR_TABLE, -FRONT) * far
-    if ground is not None:
-        near = np.clip(1.5 - np.hypot(right, away) / ground.extent, 0, 1)[:, None]
-        lab += near * (ground.at(points)[1] - tones.table) * (1, 0.8, 0.8)
-    return lab
-
-
-def _wall(points: F64, surface: Surface, tones: Tones) -> F64:
-    """[n, 3] OKLab of a wall at local points: darker upward, lighter to one side."""
-    right, height, _ = points.T
-    lab = np.tile(tones.wall, (len(points), 1))
-    lab[:, 0] += tones.slope * np.clip(right / surface.wall, -1, 1)
-    lab[:, 0] -= UPPER * np.clip(height / surface.wall, 0, 1)
+    if brushwork.shadow > 0:
+        # The scene's own ground has its shadow already.
+        share = np.full(len(lab), brushwork.shadow) if covered is None else brushwork.shadow * (1 - covered)
+        _core.shade_colors(shadow.at(spots.points), share, lab)
     return lab
 
 
 def _frames(spots: Spots, place: Place, surface: Surface, is_still: bool, g: np.random.Generator) -> F64:
     """[n, 3, 3] local axes of strokes in columns: along, across, off the surface toward the subject."""
-    slope, (cos, sin) = surface.slope(spots.along), (np.cos(spots.around), np.sin(spots.around))
-    zero = np.zeros(len(cos))
-    normal = np.stack([-np.sin(slope) * cos, np.cos(slope), -np.sin(slope) * sin], axis=1)
-    around = np.stack([-sin, zero, cos], axis=1)
-    rho = np.hypot(*spots.points[:, [0, 2]].T)[:, None]
-    seam = np.clip((rho / surface.table - LEVEL_UP_TO) / (1 - LEVEL_UP_TO), 0, 1)
-    level = np.array([1.0, 0.0, 0.0]) if is_still else around
-    base = (1 - seam) * level + seam * around * np.where(around[:, :1] < 0, -1, 1)
-    base = base - (base * normal).sum(axis=1, keepdims=True) * normal
-    base /= np.maximum(np.linalg.norm(base, axis=1, keepdims=True), 1e-9)
-    is_table = (slope < BLEND[1])[:, None]
-    across = np.cross(normal, base)
-    at = spots.points / place.radius
-    turn = np.where(is_table[:, 0], TABLE_SWAY * _waves(at, 0.8, g), SWAY * _waves(at, 0.35, g))
-    turn = (turn + LOOSE * spots.noise[:, 4])[:, None]
-    along = np.cos(turn) * base + np.sin(turn) * across
-    return np.stack([along, np.cross(normal, along), normal], axis=2)
+    found = _core.stage_frames(
+        spots.points,
+        surface.slope(spots.along),
+        around=spots.around,
+        turns=np.ascontiguousarray(spots.noise[:, 4]),
+        waves=np.stack([_waves(frequency, g) for frequency in (0.8, 0.35)]),
+        table=surface.table,
+        radius=place.radius,
+        is_still=is_still,
+    )
+    return np.asarray(found).reshape(-1, 3, 3)
 
 
-def _waves(points: F64, frequency: float, g: np.random.Generator, count: int = 6) -> F64:
-    """[n] smooth noise of standard deviation 1 at points [n, 3]."""
-    directions = g.normal(0, frequency, (count, 3))
-    phases = g.uniform(0, 2 * np.pi, count)
-    return np.asarray(np.sin(points @ directions.T + phases).sum(axis=1) / np.sqrt(0.5 * count))
+def _waves(frequency: float, g: np.random.Generator) -> F64:
+    """[NUM_WAVES, 4] directions and phases of waves, whose sum is smooth noise."""
+    directions = g.normal(0, frequency, (_core.NUM_WAVES, 3))
+    return np.column_stack([directions, g.uniform(0, 2 * np.pi, _core.NUM_WAVES)])

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.cameras.framing import camera_axes, weighted_quantiles
+from brushgs.cameras.framing import camera_axes
+from brushgs.core.native import core as _core
 from brushgs.passes.extent import robust_frame
 from brushgs.values.arrays import F64, Array
 from brushgs.values.camera import Camera, FirstView
@@ -15,10 +16,7 @@ from brushgs.values.quats import quats_of
 # Toward the lamp, in the level axes (right, up, away) of the first view: the upper left, a little in front.
 LAMP = (-0.75, 0.95, -0.55)
 LEAST_RISE = 0.14  # minimum sine of the elevation of a lamp, 8 degrees: below, shadows are too long
-LOWEST = 0.004  # share of the paint below the foot: fringes hang lower
 SIGMAS = 2.0  # visible extent of a single Gaussian
-LEAST = 0.05  # minimum width and height of a subject, in radii
-TAILS = 0.01  # share of the paint outside of the subject's width, on each side
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,19 +101,14 @@ def find_place(
     if not np.ptp(gaussians.means, axis=0).any():
         radius = SIGMAS * float(gaussians.scales.max()) or radius
     points = (gaussians.means.astype(np.float64) - center) @ axes.T
-    if not weights.sum() > 0:
-        weights = np.ones(len(weights))
-    low, top = weighted_quantiles(points[:, 1], weights, (LOWEST, 1 - LOWEST))
-    left, right_end = weighted_quantiles(points[:, 0], weights, (TAILS, 1 - TAILS))
-    near, far = weighted_quantiles(points[:, 2], weights, (TAILS, 1 - TAILS))
-    middle = np.array([0.5 * (left + right_end), low, 0.5 * (near + far)])
-    width = 0.5 * max(right_end - left, far - near)
-    tiny = LEAST * radius
+    middle, width, height = _core.find_standing(
+        np.ascontiguousarray(points), np.ascontiguousarray(weights, np.float64), radius
+    )
     return Place(
-        center + middle @ axes,
+        center + np.asarray(middle) @ axes,
         axes,
         radius,
-        max(width, tiny),
-        max(top - low, tiny),
+        width,
+        height,
         lamp_direction() if towards is None else above_ground(axes @ towards),
     )

@@ -7,22 +7,16 @@ a layer, the softer its edge. A point above the ground has the shade at its proj
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from brushgs.passes.add.ground_maps import Grid, blurred
+from brushgs.core.native import core as _core
 from brushgs.passes.add.stage_place import Place
 from brushgs.values.arrays import F64
 from brushgs.values.colors import oklab_of
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import base_colors
 
-SIDE = 256  # pixels of a map
-REACH = 3.2  # half its side, in radii of the subject
-LAYERS = ((0.0, 0.25), (0.25, 0.6), (0.6, 1.2), (1.2, 9.0))  # of height, in radii
-BLUR, BLUR_BY_HEIGHT = 0.02, 0.07  # of an edge, in radii: at the ground, and for each radius above it
-DENSITY, CONTACT_DENSITY = 1.6, 1.2  # optical depth of paint that covers the ground once
-TOUCHING, CONTACT_BLUR = 0.15, 0.05  # maximum height of paint that darkens the ground, and its blur, in radii
-NEAR, REFLECTED_BLUR = 0.45, 0.16  # maximum height of paint that reflects its color, and the blur, in radii
+SIDE: int = _core.SHADOW_SIDE  # cells of a map
+REACH: float = _core.SHADOW_REACH  # half its side, in radii of the subject
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,22 +27,19 @@ class Shadow:
         place: of the subject.
         shade: 0 to 1, share of blocked light.
         contact: 0 to 1, nearness of paint above the ground.
-        reflected: [SIDE, SIDE, 2] OKLab a and b of near objects.
-        nearness: 0 to 1, weight of the reflection.
+        reflected: [2, SIDE, SIDE] OKLab a and b of near objects, times their nearness.
     """
 
     place: Place
     shade: F64
     contact: F64
     reflected: F64
-    nearness: F64
 
-    def at(self, points: F64) -> tuple[F64, F64, F64]:
-        """At local points [n, 3]: [n] shade, [n] contact, [n, 2] a and b times nearness."""
-        grid, level = _grid(self.place), points[:, [0, 2]]
-        shade = grid.samples(self.shade, self.place.cast(points))
-        ab = [grid.samples(self.reflected[..., k] * self.nearness, level) for k in (0, 1)]
-        return shade, grid.samples(self.contact, level), np.stack(ab, axis=1)
+    def at(self, points: F64) -> F64:
+        """[n, 4] shade, contact, and a and b times nearness, at local points [n, 3]."""
+        place, points = self.place, np.ascontiguousarray(points)
+        maps = self.shade, self.contact, self.reflected
+        return np.asarray(_core.shadow_at(*maps, place.radius, place.lamp.tolist(), points)).reshape(-1, 4)
 
 
 def cast_shadow(gaussians: Gaussians, place: Place, weights: F64) -> Shadow:
@@ -59,33 +50,11 @@ def cast_shadow(gaussians: Gaussians, place: Place, weights: F64) -> Shadow:
         place: where they stand.
         weights: [N] the paint of each; 0 for those without a shadow, such as the ground itself.
     """
-    points = place.local(gaussians.means)
-    points[:, 1] = np.maximum(points[:, 1], 0)
-    heights, grid = points[:, 1] / place.radius, _grid(place)
-
-    def density(at: F64, rows: NDArray[np.intp], blur: float, values: F64 = weights) -> F64:
-        found = grid.sums(at[rows], values[rows]) / grid.cell**2
-        return blurred(found, blur * place.radius / grid.cell)
-
-    light, thrown = np.ones((SIDE, SIDE)), place.cast(points)
-    for low, high in LAYERS:
-        rows = np.flatnonzero((heights >= low) & (heights < high) & (weights > 0))
-        if len(rows):
-            blur = BLUR + BLUR_BY_HEIGHT * (low + min(high, 2.0))
-            light *= np.exp(-DENSITY * density(thrown, rows, blur))
-    level, low_rows = points[:, [0, 2]], np.flatnonzero((heights < NEAR) & (weights > 0))
-    touching = low_rows[heights[low_rows] < TOUCHING]
-    contact = 1 - np.exp(-CONTACT_DENSITY * density(level, touching, CONTACT_BLUR))
-    lab = oklab_of(base_colors(gaussians.sh[low_rows, :1]).astype(np.float64))
-    near = density(level, low_rows, REFLECTED_BLUR)
-    full = np.zeros(len(weights))
-    sums = []
-    for k in (1, 2):
-        full[low_rows] = weights[low_rows] * lab[:, k]
-        sums.append(density(level, low_rows, REFLECTED_BLUR, full))
-    reflected = np.stack(sums, axis=2) / np.maximum(near, 1e-9)[..., None]
-    return Shadow(place, 1 - light, contact, reflected, 1 - np.exp(-near))
-
-
-def _grid(place: Place) -> Grid:
-    return Grid(SIDE, REACH * place.radius)
+    points = np.ascontiguousarray(place.local(gaussians.means))
+    lab = oklab_of(base_colors(gaussians.sh[:, :1]).astype(np.float64))
+    weights = np.ascontiguousarray(weights, np.float64)
+    shade, contact, reflected = _core.cast_shadow(
+        points, weights, np.ascontiguousarray(lab), place.radius, place.lamp.tolist()
+    )
+    square = (SIDE, SIDE)
+    return Shadow(place, shade.reshape(square), contact.reshape(square), reflected.reshape(2, *square))

@@ -9,19 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from brushgs.core.native import core as _core
 from brushgs.passes.add.stage_place import Place
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera
 
-STEPS = 400  # of the profile
-BEYOND_EYE = 1.5  # distance of the wall, relative to the farthest camera
-TABLE = 3.0  # approximate radius of the level table, relative to the subject; the cove lies beyond
-LEAST_WALL = 3.0  # minimum distance of the wall, in the same unit
-RISE = 0.85  # height of the cove, relative to the distance of the wall
-TOP = 1.1  # height of the wall above the cove, in the same unit
-NOISE = 5  # random numbers of a stroke, besides those of its position
 MARCH, HALVINGS = 48, 24  # steps along a line of sight until it meets the surface, and between two of them
-GOLDEN_ANGLE = np.pi * (3 - np.sqrt(5))
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,9 +22,9 @@ class Surface:
     """The profile of a stage: distance from the axis, height, and arc length.
 
     Attributes:
-        rho: [STEPS] distance from the axis, world units.
-        height: [STEPS] over the table.
-        length: [STEPS] along the profile, from the axis.
+        rho: [steps] distance from the axis, world units.
+        height: [steps] over the table.
+        length: [steps] along the profile, from the axis.
         table: radius of the level part.
         wall: distance of the wall.
     """
@@ -44,14 +37,14 @@ class Surface:
 
     def slope(self, at: F64) -> F64:
         """[n] angle of the surface with the level, radians, at lengths [n] along the profile."""
-        angles = np.arctan2(np.gradient(self.height), np.gradient(self.rho))
-        return np.interp(at, self.length, angles)
+        along = np.ascontiguousarray(at)
+        return np.asarray(_core.profile_slopes(self.rho, self.height, self.length, along))
 
 
 class Spots(NamedTuple):
     """Positions of strokes.
 
-    n local points, [n] radians around the axis, [n] lengths along the profile, and [n, NOISE] random numbers
+    n local points, [n] radians around the axis, [n] lengths along the profile, and [n, 5] random numbers
     of standard deviation 1, which do not depend on how many spots follow.
     """
 
@@ -69,16 +62,14 @@ def surface_around(place: Place, farthest: float, *, table: float = 0.0) -> Surf
         farthest: level distance of the farthest camera from the subject's axis, world units.
         table: least radius of the level part, world units.
     """
-    flat = max(TABLE * max(1.2 * place.width, place.radius, 0.8 * place.height), table)
-    wall = max(LEAST_WALL * place.radius, BEYOND_EYE * farthest, 1.6 * flat)
-    rise = RISE * wall
-    turn = np.linspace(0, np.pi / 2, STEPS // 2)
-    level = np.linspace(0, flat, STEPS // 4, endpoint=False)
-    upright = np.linspace(rise, rise + TOP * wall, STEPS // 4 + 1)[1:]
-    rho = np.concatenate([level, flat + (wall - flat) * np.sin(turn), np.full(len(upright), wall)])
-    height = np.concatenate([np.zeros(len(level)), rise * (1 - np.cos(turn)), upright])
-    steps = np.hypot(np.diff(rho, prepend=0.0), np.diff(height, prepend=0.0))
-    return Surface(rho, height, np.cumsum(steps), flat, wall)
+    found = _core.profile_around(
+        radius=place.radius,
+        width=place.width,
+        height=place.height,
+        farthest=farthest,
+        least_table=table,
+    )
+    return Surface(*found)
 
 
 def spots_on(
@@ -88,22 +79,18 @@ def spots_on(
 
     Args:
         surface: of the points.
-        cells: [STEPS] the area of each point's cell, along the profile, world units squared.
+        cells: [steps] the area of each point's cell, along the profile, world units squared.
         jitter: of positions, in widths of a cell.
         g: random numbers.
         until: maximum distance of points from the axis, world units.
     """
-    counts = np.cumsum(2 * np.pi * surface.rho * np.gradient(surface.length) / cells)
-    last = int(np.searchsorted(surface.rho, until))
-    k = np.arange(int(counts[min(last, STEPS - 1)])) + 0.5
-    noise = g.normal(0, 1, (len(k), 2 + NOISE))
-    along = np.interp(k, counts, surface.length)
-    around = k * GOLDEN_ANGLE
-    rho = np.interp(along, surface.length, surface.rho)
-    width = np.sqrt(np.interp(along, surface.length, cells))
-    along = np.clip(along + jitter * width * noise[:, 0], 0, surface.length[-1])
-    around = around + jitter * width / np.maximum(rho, width) * noise[:, 1]
-    return Spots(at_lengths(surface, along, around), around, along, noise[:, 2:])
+    cells = np.ascontiguousarray(cells)
+    count = _core.count_spots(surface.rho, surface.length, cells, until)
+    noise = g.normal(0, 1, (count, _core.SPOT_NOISE))
+    points, around, along = _core.place_spots(
+        surface.rho, surface.height, surface.length, cells, jitter, noise
+    )
+    return Spots(points.reshape(-1, 3), around, along, noise[:, 2:])
 
 
 def at_lengths(surface: Surface, along: F64, around: F64) -> F64:

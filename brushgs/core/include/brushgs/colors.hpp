@@ -24,20 +24,62 @@ inline double linear_of(double encoded) {
     return std::copysign(size <= 0.04045 ? size / 12.92 : power_of((size + 0.055) / 1.055, 2.4), encoded);
 }
 
-// A display-encoded color in OKLab: L, a, b. Source: Ottosson 2020, A perceptual color space for image processing.
-inline std::array<double, 3> oklab_of(std::array<double, 3> rgb, const double* cones_from_rgb,
-                                      const double* lab_from_roots) {
-    const auto turned = [](const double* m, const std::array<double, 3>& from) {
-        std::array<double, 3> to;
-        for (std::size_t i = 0; i < 3; ++i)
-            to[i] = m[3 * i] * from[0] + m[3 * i + 1] * from[1] + m[3 * i + 2] * from[2];
-        return to;
-    };
-    for (double& value : rgb) value = linear_of(value);
-    std::array<double, 3> cones = turned(cones_from_rgb, rgb);
-    for (double& value : cones) value = std::cbrt(value);
-    return turned(lab_from_roots, cones);
+// The inverse of `linear_of`.
+inline double encoded_of(double linear) {
+    const double size = std::abs(linear);
+    return std::copysign(size <= 0.0031308 ? size * 12.92 : 1.055 * power_of(size, 1 / 2.4) - 0.055, linear);
 }
+
+// Display-encoded colors in OKLab, L, a and b, and back. Source: Ottosson 2020, A perceptual color space for image
+// processing.
+class Oklab {
+public:
+    using Color = std::array<double, 3>;
+
+    // Matrices [3, 3] of linear light.
+    Oklab(const double* cones_from_rgb, const double* lab_from_roots) {
+        std::copy_n(cones_from_rgb, 9, cones_.begin());
+        std::copy_n(lab_from_roots, 9, lab_.begin());
+        from_cones_ = inverse_of(cones_);
+        from_lab_ = inverse_of(lab_);
+    }
+
+    Color lab_of(Color rgb) const {
+        for (double& value : rgb) value = linear_of(value);
+        Color roots = turned(cones_, rgb);
+        for (double& value : roots) value = std::cbrt(value);
+        return turned(lab_, roots);
+    }
+
+    Color rgb_of(const Color& lab) const {
+        Color roots = turned(from_lab_, lab);
+        for (double& value : roots) value = value * value * value;
+        Color rgb = turned(from_cones_, roots);
+        for (double& value : rgb) value = encoded_of(value);
+        return rgb;
+    }
+
+private:
+    using Matrix = std::array<double, 9>;
+    Matrix cones_, lab_, from_cones_, from_lab_;
+
+    static Color turned(const Matrix& matrix, const Color& from) {
+        Color to;
+        for (std::size_t i = 0; i < 3; ++i)
+            to[i] = matrix[3 * i] * from[0] + matrix[3 * i + 1] * from[1] + matrix[3 * i + 2] * from[2];
+        return to;
+    }
+
+    static Matrix inverse_of(const Matrix& m) {
+        const Matrix adjugate{m[4] * m[8] - m[5] * m[7], m[2] * m[7] - m[1] * m[8], m[1] * m[5] - m[2] * m[4],
+                              m[5] * m[6] - m[3] * m[8], m[0] * m[8] - m[2] * m[6], m[2] * m[3] - m[0] * m[5],
+                              m[3] * m[7] - m[4] * m[6], m[1] * m[6] - m[0] * m[7], m[0] * m[4] - m[1] * m[3]};
+        const double determinant = m[0] * adjugate[0] + m[1] * adjugate[3] + m[2] * adjugate[6];
+        Matrix inverse = adjugate;
+        for (double& value : inverse) value /= determinant;
+        return inverse;
+    }
+};
 
 // The base color in CIELAB / 100; `xyz_over_white` [3, 3] is of linear light. Source: ISO/CIE 11664-4.
 template <class T>
