@@ -44,6 +44,27 @@ nb::tuple find_standing(const Rows& points, const Numbers& weights, double radiu
     return nb::make_tuple(std::to_array(found.middle), found.width, found.height);
 }
 
+nb::object find_ground(const Rows& points, In<bool, 1> is_level, const Numbers& weights, const Rows& lab, double radius,
+                       double height) {
+    const std::vector<std::uint8_t> level(is_level.data(), is_level.data() + is_level.size());
+    auto found =
+        brushgs::find_ground({points.data(), level.data(), weights.data(), lab.data(), weights.size(), radius, height});
+    if (!found.is_found) return nb::none();
+    return nb::make_tuple(found.level, to_array(std::move(found.coverage)), to_array(std::move(found.lab)), found.tone,
+                          found.extent);
+}
+
+nb::tuple dissolving_at(const Rows& coverage, double radius, const Rows& points) {
+    std::vector<double> shares;
+    std::vector<std::uint8_t> under;
+    for (std::size_t i = 0; i < points.shape(0); ++i) {
+        const auto found = brushgs::dissolving_at(coverage.data(), radius, points.data() + 3 * i);
+        shares.push_back(found.share);
+        under.push_back(found.is_under);
+    }
+    return nb::make_tuple(to_array(std::move(shares)), to_array(std::move(under)));
+}
+
 nb::tuple cast_shadow(const Rows& points, const Numbers& weights, const Rows& lab, double radius, const Vector& lamp) {
     brushgs::ShadowMaps maps;
     {
@@ -204,6 +225,14 @@ void bind_stage(nb::module_& m) {
           "Bilinear samples of a map at level points [n, 2].");
     m.def("find_standing", &find_standing, "points"_a.noconvert(), "weights"_a.noconvert(), "radius"_a,
           "The foot, half the width and the height of a subject.");
+    m.attr("GROUND_REACH") = brushgs::kGroundReach;
+    m.attr("GROUND_SIDE") = brushgs::kGroundSide;
+    m.attr("GROUND_BAND") = brushgs::kGroundBand;
+    m.def("find_ground", &find_ground, "points"_a.noconvert(), "is_level"_a.noconvert(), "weights"_a.noconvert(),
+          "lab"_a.noconvert(), "radius"_a, "height"_a,
+          "Height, coverage, OKLab [3, side, side], tone at the border and extent of a ground; or None.");
+    m.def("dissolving_at", &dissolving_at, "coverage"_a.noconvert(), "radius"_a, "points"_a.noconvert(),
+          "Shares of strokes that are table, and whether they lie under it.");
     m.def("cast_shadow", &cast_shadow, "points"_a.noconvert(), "weights"_a.noconvert(), "lab"_a.noconvert(), "radius"_a,
           "lamp"_a, "Maps of shade, contact and reflected color, a and b.");
     m.def("shadow_at", &shadow_at, "shade"_a.noconvert(), "contact"_a.noconvert(), "reflected"_a.noconvert(),

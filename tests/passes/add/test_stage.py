@@ -120,7 +120,7 @@ def test_the_shadow_falls_away_from_the_lamp_and_strength_0_has_none():
         painted_stage(stage, Brushwork(shadow=share, jitter=(0, 0)), [camera]) for share in (0.0, 1.0)
     )
     at = np.array([[0.55, 0, 0.4], [-0.55, 0, -0.4], [0.0, 0, -3.0]]) * stage.place.radius
-    shade, *_ = stage.shadow.at(at)
+    shade = stage.shadow.at(at)[:, 0]
     assert shade[0] > 0.4 > 0.1 > shade[1]
     assert shade[2] < 0.02
     low = [oklab_of(base_colors(one.sh))[:, 0].min() for one in (lit, dark)]
@@ -168,7 +168,7 @@ def test_the_lamp_follows_shadows_that_the_scene_shows(azimuth):
     from brushgs.passes.add.stage_shadow import cast_shadow
 
     weights = np.full(len(crate()), 0.01)
-    shade, _, _ = cast_shadow(crate(), painted, weights).at(painted.local(bare.means))
+    shade = cast_shadow(crate(), painted, weights).at(painted.local(bare.means))[:, 0]
     colors = base_colors(bare.sh) * (1 - 0.6 * np.clip(shade, 0, 1))[:, None]
     shadowed = replace(bare, sh=((colors - 0.5) / C0)[:, None].astype(np.float32))
     found = stage_of(crate() + shadowed)
@@ -240,8 +240,8 @@ def test_hatching_lies_in_the_shadow_and_is_crossed_where_it_is_dark():
     stage = stage_of(crate())
     camera = frame_scene(plain_first_view(crate()), **SIZE)
     marks = shadow_marks(stage.place, stage.shadow, [camera], HATCHING)
-    shade, contact, _ = stage.shadow.at(stage.place.local(marks.means))
-    assert (np.maximum(shade, contact) > 0.05).all()
+    shades = stage.shadow.at(stage.place.local(marks.means))
+    assert (shades[:, :2].max(axis=1) > 0.05).all()
     assert len(marks) > 1.1 * len(
         shadow_marks(stage.place, stage.shadow, [camera], replace(HATCHING, is_crossed=False))
     )

@@ -33,6 +33,36 @@ struct Standing {
 };
 Standing find_standing(const double* points, std::vector<double> weights, double radius);
 
+constexpr std::size_t kGroundSide = 96;  // cells of a map
+constexpr double kGroundReach = 2.0;     // half its side, in radii of the subject
+constexpr double kGroundBand = 0.07;     // half the thickness of a ground, in radii
+
+struct GroundQuery {
+    const double* points;          // [count, 3]
+    const std::uint8_t* is_level;  // [count] whether its normal is upright
+    const double* weights;         // [count] the paint of each
+    const double* lab;             // [count, 3] OKLab
+    std::size_t count;
+    double radius, height;  // of the subject
+};
+// The ground that a scene brings: maps [kGroundSide, kGroundSide] by right and away.
+struct GroundMaps {
+    bool is_found = false;
+    double level = 0;              // its height over the foot
+    std::vector<double> coverage;  // 1 inside, 0.5 at the border
+    std::vector<double> lab;       // [3, side, side] OKLab inside, spread beyond the border
+    std::array<double, 3> tone{};  // OKLab along the border
+    double extent = 0;             // radius of the covered area, world units
+};
+GroundMaps find_ground(const GroundQuery& query);
+
+// Of a stroke on a stage with a ground: the share of its color that is that of the table, and whether it lies below.
+struct Dissolving {
+    double share;
+    bool is_under;
+};
+Dissolving dissolving_at(const double* coverage, double radius, const double* point);
+
 // Casts the shadow of a point on the ground: right and away.
 inline std::array<double, 2> cast_point(const double* point, const double* lamp) {
     return {point[0] - point[1] * (lamp[0] / lamp[1]), point[2] - point[1] * (lamp[2] / lamp[1])};
