@@ -41,10 +41,7 @@ BoxColumns<float> boxes_of(const ViewSample& sample, const ViewCamera& camera) {
                           params);
 }
 
-SmallPicture paint(const BoxColumns<float>& boxes, int side, bool with_depth) {
-    const auto length = static_cast<std::size_t>(side), pixels = length * length;
-    SmallPicture picture{length, std::vector<float>(3 * pixels), std::vector<float>(pixels),
-                         std::vector<float>(with_depth ? pixels : 0), 0};
+void rasterize_plain(const BoxColumns<float>& boxes, int width, int height, const Picture<float>& frame) {
     BoxView<float> view{};
     view.count = boxes.count;
     view.centers = boxes.centers;
@@ -53,16 +50,23 @@ SmallPicture paint(const BoxColumns<float>& boxes, int side, bool with_depth) {
     view.colors = boxes.colors;
     view.opacities = boxes.opacities;
     view.depths = boxes.depths;
-    const int num_layers = with_depth ? 1 : 0;
-    view.layers = {num_layers, {{boxes.depths, 1}}};
+    view.layers = {frame.layers.count, {{boxes.depths, 1}}};
     rasterize<float>({.kernel = Kernel::gaussian,
-                      .width = side,
-                      .height = side,
+                      .width = width,
+                      .height = height,
                       .num_threads = 1,
                       .min_transmittance = kMinTransmittance,
                       .levels = {},
                       .level_of_box = {}},
-                     view, {picture.rgb.data(), picture.alpha.data(), {num_layers, {{picture.depth.data(), 1}}}});
+                     view, frame);
+}
+
+SmallPicture paint(const BoxColumns<float>& boxes, int side, bool with_depth) {
+    const auto length = static_cast<std::size_t>(side), pixels = length * length;
+    SmallPicture picture{length, std::vector<float>(3 * pixels), std::vector<float>(pixels),
+                         std::vector<float>(with_depth ? pixels : 0), 0};
+    rasterize_plain(boxes, side, side,
+                    {picture.rgb.data(), picture.alpha.data(), {with_depth ? 1 : 0, {{picture.depth.data(), 1}}}});
     for (std::size_t pixel = 0; pixel < pixels; ++pixel) picture.num_seen += picture.is_seen(pixel) ? 1 : 0;
     return picture;
 }
@@ -150,6 +154,25 @@ std::array<double, 3> ViewCamera::project(const double* point) const {
 
 float SmallPicture::straight(std::size_t pixel, std::size_t channel) const {
     return std::clamp(rgb[3 * pixel + channel] / std::max(alpha[pixel], 1e-3F), 0.0F, 1.0F);
+}
+
+ViewPicture paint_view(const SceneView<float>& scene, const PlainView& view) {
+    ProjectParams params{};
+    std::copy_n(view.viewmat, 12, params.view.viewmat);
+    params.view.fx = view.fx, params.view.fy = view.fy, params.view.cx = view.cx, params.view.cy = view.cy;
+    params.view.width = view.width, params.view.height = view.height, params.view.near = view.near;
+    params.num_sigmas = kGaussianSigmas;
+    params.low_pass = kLowPass;
+    params.num_threads = 1;
+    params.antialiased = view.is_antialiased;
+    while (static_cast<std::size_t>((params.sh_degree + 2) * (params.sh_degree + 2)) <= scene.sh_terms)
+        ++params.sh_degree;
+    const auto boxes = project<float>(
+        {scene.means, scene.quats, scene.scales, scene.opacities, scene.sh, scene.count, scene.sh_terms}, params);
+    const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+    ViewPicture picture{std::vector<float>(3 * pixels), std::vector<float>(pixels)};
+    rasterize_plain(boxes, view.width, view.height, {picture.rgb.data(), picture.alpha.data(), {}});
+    return picture;
 }
 
 SmallPicture paint_shades(const ViewSample& sample, const ViewCamera& camera, const std::vector<float>& red,

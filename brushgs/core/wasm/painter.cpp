@@ -10,6 +10,7 @@
 #include "brushgs/first_view.hpp"
 #include "brushgs/quats.hpp"
 #include "brushgs/scene_rows.hpp"
+#include "brushgs/scene_stage.hpp"
 #include "brushgs/scene_strokes.hpp"
 #include "brushgs/stroke_relief.hpp"
 
@@ -28,49 +29,79 @@ brushgs::SceneColumns scene;  // without floaters
 std::size_t num_read;
 brushgs::Extent extent;
 brushgs::ViewSample sample;
-brushgs::GaussianColumns strokes;
-std::vector<float> reliefs;  // [count, 2] thickness and gain, see brushgs/rendering/relief.py
 
-double paint_of(std::size_t row) {
+struct Paint {
+    brushgs::GaussianColumns strokes;
+    std::vector<float> reliefs;  // [count, 2] thickness and gain, see brushgs/rendering/relief.py
+};
+Paint painted;             // as it was made
+Paint shown[2];            // on its stage, and the stage
+double relief_numbers[3];  // thickness, gain and by_light
+
+double paint_of(const brushgs::GaussianColumns& strokes, std::size_t row) {
     std::array<double, 3> scales;
     for (std::size_t i = 0; i < 3; ++i) scales[i] = static_cast<double>(strokes.scales[3 * row + i]);
     std::ranges::sort(scales);
     return scales[1] * scales[2] * static_cast<double>(strokes.opacities[row]);
 }
 
-void raise(double thickness, double gain, double by_light, const double* cones_from_rgb, const double* lab_from_roots) {
-    reliefs.clear();
-    if (strokes.count == 0) return;
-    const brushgs::PaintedStrokes<float> painted{strokes.scales.data(), strokes.opacities.data(), strokes.sh.data(),
-                                                 strokes.count,         strokes.sh_terms,         cones_from_rgb,
-                                                 lab_from_roots};
-    std::vector<double> found(2 * strokes.count);
-    brushgs::relative_reliefs(painted, brushgs::median_log_size(painted.scales, painted.count), by_light,
-                              brushgs::light_range(painted), found.data());
-    for (std::size_t i = 0; i < found.size(); ++i)
-        reliefs.push_back(static_cast<float>(found[i] * (i % 2 == 0 ? thickness : gain)));
+brushgs::PaintedStrokes<float> brushed(const brushgs::GaussianColumns& strokes, const double* cones_from_rgb,
+                                       const double* lab_from_roots) {
+    return {strokes.scales.data(), strokes.opacities.data(), strokes.sh.data(), strokes.count,
+            strokes.sh_terms,      cones_from_rgb,           lab_from_roots};
 }
 
-// The strokes as a page holds them (brushgs/outlets/page/contents.py): those with most paint first, relative to the
-// middle of the scene, rotations of unit length.
-void arrange() {
+brushgs::LightRange lights_of(const brushgs::GaussianColumns& strokes, const double* cones_from_rgb,
+                              const double* lab_from_roots) {
+    return strokes.count == 0 ? brushgs::LightRange{}
+                              : brushgs::light_range(brushed(strokes, cones_from_rgb, lab_from_roots));
+}
+
+// Relief of paint, by the lights of the subject, relative to the usual one.
+void raise(Paint& paint, brushgs::LightRange lights, double share, const double* cones_from_rgb,
+           const double* lab_from_roots) {
+    paint.reliefs.clear();
+    if (paint.strokes.count == 0) return;
+    const auto of_paint = brushed(paint.strokes, cones_from_rgb, lab_from_roots);
+    std::vector<double> found(2 * of_paint.count);
+    brushgs::relative_reliefs(of_paint, brushgs::median_log_size(of_paint.scales, of_paint.count), relief_numbers[2],
+                              lights, found.data());
+    for (std::size_t i = 0; i < found.size(); ++i)
+        paint.reliefs.push_back(static_cast<float>(found[i] * share * relief_numbers[i % 2]));
+}
+
+// The strokes as a page holds them (brushgs/outlets/page/contents.py): those with most paint first, rotations of unit
+// length.
+void arrange(Paint& laid) {
+    brushgs::GaussianColumns& strokes = laid.strokes;
     std::vector<double> paint(strokes.count);
     std::vector<std::uint32_t> rows(strokes.count);
-    for (std::size_t row = 0; row < strokes.count; ++row) paint[row] = paint_of(row);
+    for (std::size_t row = 0; row < strokes.count; ++row) paint[row] = paint_of(strokes, row);
     std::iota(rows.begin(), rows.end(), 0U);
     std::ranges::stable_sort(rows, [&](std::uint32_t a, std::uint32_t b) { return paint[a] > paint[b]; });
-    std::erase_if(rows, [](std::uint32_t row) { return strokes.opacities[row] < kLeastAlpha; });
+    std::erase_if(rows, [&](std::uint32_t row) { return strokes.opacities[row] < kLeastAlpha; });
     strokes = brushgs::taken(strokes, rows);
     std::vector<float> raised;
-    for (const std::uint32_t row : rows) raised.insert(raised.end(), {reliefs[2 * row], reliefs[2 * row + 1]});
-    reliefs = std::move(raised);
-    for (std::size_t i = 0; i < strokes.means.size(); ++i) {
-        strokes.means[i] = static_cast<float>(static_cast<double>(strokes.means[i]) - extent.center[i % 3]);
-    }
+    for (const std::uint32_t row : rows)
+        raised.insert(raised.end(), {laid.reliefs[2 * row], laid.reliefs[2 * row + 1]});
+    laid.reliefs = std::move(raised);
     for (std::size_t row = 0; row < strokes.count; ++row) {
         const auto quat = brushgs::unit_quat(&strokes.quats[4 * row]);
         std::ranges::transform(quat, &strokes.quats[4 * row], [](double value) { return static_cast<float>(value); });
     }
+}
+
+void move_to_middle(brushgs::GaussianColumns& strokes) {
+    for (std::size_t i = 0; i < strokes.means.size(); ++i)
+        strokes.means[i] = static_cast<float>(static_cast<double>(strokes.means[i]) - extent.center[i % 3]);
+}
+
+brushgs::PictureView view_of(const double* numbers) {
+    brushgs::PictureView view;
+    std::copy_n(numbers, 12, view.viewmat);
+    view.fx = numbers[12], view.fy = numbers[13], view.width = numbers[14], view.height = numbers[15];
+    view.near = numbers[16];
+    return view;
 }
 
 }  // namespace
@@ -81,7 +112,7 @@ BRUSHGS_EXPORT(release) void release(void* memory) { std::free(memory); }
 // Reads a scene, of gzip data the content, which had so many bytes; false if it is refused, see `fault`.
 BRUSHGS_EXPORT(read) bool read(const char* bytes, std::size_t size, bool is_named_splat, std::size_t num_packed) {
     scene = {};
-    strokes = {};
+    painted = shown[0] = shown[1] = {};
     scene = brushgs::read_scene_rows({bytes, size}, is_named_splat, num_packed);
     if (!scene.fault.empty()) return false;
     num_read = scene.count;
@@ -113,7 +144,8 @@ BRUSHGS_EXPORT(up) std::size_t up(double* chances) {
     return brushgs::believed_axis(found);
 }
 
-// Of the axes of a level view [3, 3] from azimuth 0: the first two become azimuth and elevation of the first view.
+// Of the axes of a level view [3, 3] from azimuth 0: the first three become azimuth and elevation of the first view,
+// and 1 if the subject is flat.
 BRUSHGS_EXPORT(front) void front(double* level) {
     double sizes[3] = {};
     for (std::size_t i = 0; i < 9; ++i) sizes[i / 3] += std::abs(level[i]) * sample.half[i % 3];
@@ -121,22 +153,20 @@ BRUSHGS_EXPORT(front) void front(double* level) {
     if (sample.count > 0) found = brushgs::find_front(sample, level, 1);
     level[0] = found.azimuth + found.lean;
     level[1] = brushgs::default_elevation(sizes[0], sizes[1], sizes[2]);
+    level[2] = level[1] == brushgs::kFlatElevation ? 1 : 0;
 }
 
 // Of a view (the numbers of `PictureView`): its first two become how far the scene reaches, zeros if that is not known.
 BRUSHGS_EXPORT(reach) void reach(double* view) {
-    brushgs::PictureView seen;
-    std::copy_n(view, 12, seen.viewmat);
-    seen.fx = view[12], seen.fy = view[13], seen.width = view[14], seen.height = view[15], seen.near = view[16];
-    const brushgs::Reach found = brushgs::reach_in(seen, scene.means.data(), scene.count);
+    const brushgs::Reach found = brushgs::reach_in(view_of(view), scene.means.data(), scene.count);
     view[0] = found.across, view[1] = found.down;
 }
 
-// Makes the strokes of the scene that was read, arranged for the page, with their relief. The numbers are those of
-// `StrokeOptions` from `finest` to `chroma`, its matrices, `follows`, thickness, gain and by_light of the relief, and
-// the draws.
+// Makes the strokes of the scene that was read, with their relief. The numbers are those of `StrokeOptions` from
+// `finest` to `chroma`, its matrices, `follows`, thickness, gain and by_light of the relief, and the draws.
 BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* numbers) {
-    strokes = {};
+    painted = shown[0] = shown[1] = {};
+    std::copy_n(numbers + 37, 3, relief_numbers);
     const brushgs::StrokeOptions options{.num_strokes = num_strokes,
                                          .finest = numbers[0],
                                          .color_weight = numbers[1],
@@ -152,16 +182,49 @@ BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* numbers)
                                          .lab_from_roots = numbers + 18,
                                          .xyz_over_white = numbers + 27,
                                          .draws = numbers + 40};
-    strokes = brushgs::strokes_of_scene(scene, extent, options, tell_page);
-    raise(numbers[37], numbers[38], numbers[39], options.cones_from_rgb, options.lab_from_roots);
-    arrange();
+    painted.strokes = brushgs::strokes_of_scene(scene, extent, options, tell_page);
+    raise(painted, lights_of(painted.strokes, options.cones_from_rgb, options.lab_from_roots), 1,
+          options.cones_from_rgb, options.lab_from_roots);
+    arrange(painted);
 }
 
-BRUSHGS_EXPORT(num_strokes) std::size_t num_strokes() { return strokes.count; }
-BRUSHGS_EXPORT(sh_terms) std::size_t sh_terms() { return strokes.sh_terms; }
-BRUSHGS_EXPORT(means) const float* means() { return strokes.means.data(); }
-BRUSHGS_EXPORT(quats) const float* quats() { return strokes.quats.data(); }
-BRUSHGS_EXPORT(scales) const float* scales() { return strokes.scales.data(); }
-BRUSHGS_EXPORT(opacities) const float* opacities() { return strokes.opacities.data(); }
-BRUSHGS_EXPORT(relief) const float* relief() { return reliefs.data(); }
-BRUSHGS_EXPORT(sh) const float* sh() { return strokes.sh.data(); }
+// Shows what was painted; with numbers on a stage: those of `PictureView`, the axes of its level view, the other
+// numbers of `StageOptions` with its matrices, and the relief of the stage relative to that of the strokes.
+BRUSHGS_EXPORT(show) void show(const double* numbers) {
+    shown[0] = painted;
+    shown[1] = {};
+    if (numbers != nullptr) {
+        const double *look = numbers + 26, *cones_from_rgb = look + 9, *lab_from_roots = look + 18;
+        brushgs::StagedStrokes staged = brushgs::staged_strokes(scene, painted.strokes,
+                                                                {.view = view_of(numbers),
+                                                                 .level = numbers + 17,
+                                                                 .size = look[0],
+                                                                 .aspect = look[1],
+                                                                 .lightness = look[2],
+                                                                 .chroma = look[3],
+                                                                 .shadow = look[4],
+                                                                 .values = look[5],
+                                                                 .least_size = look[6],
+                                                                 .most_size = look[7],
+                                                                 .usual_strokes = look[8],
+                                                                 .cones_from_rgb = cones_from_rgb,
+                                                                 .lab_from_roots = lab_from_roots});
+        shown[0].strokes.opacities = std::move(staged.opacities);
+        shown[0].strokes.sh = std::move(staged.sh);
+        shown[1].strokes = std::move(staged.stage);
+        raise(shown[1], lights_of(painted.strokes, cones_from_rgb, lab_from_roots), look[27], cones_from_rgb,
+              lab_from_roots);
+        arrange(shown[1]);
+    }
+    for (Paint& paint : shown) move_to_middle(paint.strokes);
+}
+
+// Columns of what is shown: of the strokes, 0, or their stage, 1.
+BRUSHGS_EXPORT(num_strokes) std::size_t num_strokes(std::size_t part) { return shown[part].strokes.count; }
+BRUSHGS_EXPORT(sh_terms) std::size_t sh_terms(std::size_t part) { return shown[part].strokes.sh_terms; }
+BRUSHGS_EXPORT(means) const float* means(std::size_t part) { return shown[part].strokes.means.data(); }
+BRUSHGS_EXPORT(quats) const float* quats(std::size_t part) { return shown[part].strokes.quats.data(); }
+BRUSHGS_EXPORT(scales) const float* scales(std::size_t part) { return shown[part].strokes.scales.data(); }
+BRUSHGS_EXPORT(opacities) const float* opacities(std::size_t part) { return shown[part].strokes.opacities.data(); }
+BRUSHGS_EXPORT(relief) const float* relief(std::size_t part) { return shown[part].reliefs.data(); }
+BRUSHGS_EXPORT(sh) const float* sh(std::size_t part) { return shown[part].strokes.sh.data(); }

@@ -24,6 +24,7 @@ SOURCES = (
             *("equal_rows", "floaters", "components", "prune"),
             *("surroundings", "worth", "solid", "stroke_form", "surface_field"),
             *("broken_color", "stroke_relief"),
+            *("scene_stage", "stage_ground", "stage_maps", "stage_surface", "stage_tones"),
             *("subject", "view_pictures", "find_up", "find_front", "cpu"),
             *("project", "project_kernel", "raster", "raster_kernel", "soft_queues", "soft_crowd"),
             *("lloyd", "nearest", "reassign", "merge", "gaps", "coverage", "moments", "groups", "key_order"),

@@ -11,8 +11,10 @@ with `follows=1` in oil, shown as by `bg.save(strokes, "page.html", texture="fla
 on toned linen, with a relief and a lamp.
 """
 
+from dataclasses import replace
 from math import degrees
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -36,8 +38,11 @@ from brushgs.passes.form.solid import STRENGTH
 from brushgs.passes.reduce.features import COLOR_WEIGHT
 from brushgs.passes.reduce.lloyd import GAIN, NUM_STEPS
 from brushgs.passes.reduce.merge import OVERLAP
+from brushgs.pipeline.backdrop import SIZES, USUAL_STROKES
 from brushgs.pipeline.lamp import open_lamp
 from brushgs.pipeline.look import open_relief
+from brushgs.pipeline.media.materials import BACKDROP
+from brushgs.pipeline.media.paint import QUIET
 from brushgs.pipeline.outputs import check_output
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
@@ -89,7 +94,9 @@ def painter_contents(module: bytes) -> PageContents:
     looks = {
         name: {
             "numbers": _numbers(Look.open(name).config),
-            "header": {key: page.header[key] for key in ("coats", "surface", "background", "lamp")},
+            "header": {key: page.header[key] for key in ("surface", "background", "lamp")}
+            | {"coats": page.header["coats"][-1:]},
+            "stage": _stage(Look.open(name).config, page),
         }
         for name, page in pages.items()
     }
@@ -101,7 +108,8 @@ def painter_contents(module: bytes) -> PageContents:
         "mostBytes": MOST_BYTES,
     }
     arrays = {**contents.arrays, "module": np.frombuffer(module, np.uint8)}
-    return PageContents({**contents.header, "painter": painter}, arrays, contents.rows, contents.omitted)
+    header = contents.header | {"painter": painter, "coats": contents.header["coats"][-1:]}
+    return PageContents(header, arrays, contents.rows, contents.omitted)
 
 
 def _page_of(config: PaintConfig, brushes: BrushSet) -> PageContents:
@@ -110,8 +118,12 @@ def _page_of(config: PaintConfig, brushes: BrushSet) -> PageContents:
     options = RenderOptions.of(brushes, underpaint=True, low_pass=0.3, relief=relief)
     is_plain = config.ground.ground == "none"
     surface = None if is_plain else linen(np.array(GROUND), height=HEIGHT, width=WIDTH)
-    coat = Coat("strokes", _specks(len(brushes)), brushes, options)
-    painting = Painting((coat,), surface=surface, lamp=open_lamp(config.light, None))
+    specks = _specks(len(brushes))
+    coats = [Coat("strokes", specks, brushes, options)]
+    if config.ground.stage:
+        quiet = relief and replace(relief, thickness=QUIET * relief.thickness, gain=QUIET * relief.gain)
+        coats.insert(0, Coat(BACKDROP, specks, brushes, replace(options, relief=quiet), is_one_sided=True))
+    painting = Painting(tuple(coats), surface=surface, lamp=open_lamp(config.light, None))
     camera = Camera.look_at(
         (0, 0, -DISTANCE), (0, 0, 0), up=(0, -1, 0), width=WIDTH, height=HEIGHT, fov_y=DEFAULT_FOV_Y
     )
@@ -120,6 +132,19 @@ def _page_of(config: PaintConfig, brushes: BrushSet) -> PageContents:
     return page_contents(
         painting, camera, view=view, title=TITLE, command=("scene.ply", []), background=behind
     )
+
+
+def _stage(config: PaintConfig, page: PageContents) -> dict[str, Any] | None:
+    """Of the stage of a look: its coat, and the numbers of `show` of the module; None without."""
+    ground = config.ground
+    if not ground.stage:
+        return None
+    jitter, matrices = ground.stage_jitter, np.stack([CONES_FROM_RGB, OKLAB_FROM_ROOTS])
+    numbers = [
+        *(ground.stage_size, ground.stage_aspect, *jitter, ground.shadow, config.color.values),
+        *(*SIZES, USUAL_STROKES, *matrices.ravel().tolist(), QUIET),
+    ]
+    return {"coat": page.header["coats"][0], "numbers": numbers}
 
 
 def _numbers(config: PaintConfig) -> list[float]:

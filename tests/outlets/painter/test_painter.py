@@ -19,15 +19,21 @@ from brushgs.outlets.page.contents import coarse_to_fine
 from brushgs.outlets.painter import build
 from brushgs.outlets.painter.page import BRUSHES
 from brushgs.passes.extent import robust_frame
+from brushgs.passes.add.stage import find_site, open_stage, painted_stage
+from brushgs.passes.add.stage_ground import BAND
+from brushgs.passes.add.stage_paint import Brushwork
 from brushgs.passes.reduce.worth import worth_keeping
 from brushgs.pipeline.look import open_relief
 from brushgs.rendering.light import Lamp
+from brushgs.values.colors import oklab_of
+from brushgs.values.sh import C0
 from tests.first_view.scenes import about, moved, statue
 from tests.fuzz import corpus
 from tests.fuzz.mutate import mutate
 from tests.io.scenes import spz_format
 from tests.kit.for_each import for_each
 from tests.outlets.painter.conftest import wait_until
+from tests.passes.add.test_stage import crate, plaza
 from tests.scenes import still_life_of
 
 NUM_STROKES = 300
@@ -44,10 +50,11 @@ def dropped(page, path):
     wait_until(page, DONE)
 
 
-def strokes_in(page):
-    script = """() => Object.fromEntries(Object.entries(window.brushgs.contents.header.coats[0].arrays)
+def strokes_in(page, coat="strokes"):
+    script = """(coat) => Object.fromEntries(
+        Object.entries(window.brushgs.contents.header.coats.find(({ name }) => name === coat).arrays)
         .map(([name, array]) => [name, Array.from(window.brushgs.contents.arrays[array])]))"""
-    columns = page.evaluate(script)
+    columns = page.evaluate(script, coat)
     count = len(columns["opacities"])
     return {name: np.array(values).reshape(count, -1) for name, values in columns.items()}
 
@@ -298,6 +305,41 @@ def test_what_load_refuses_the_page_refuses_in_the_same_words(painter, tmp_path,
         bg.load(path)
     dropped(painter, path)
     assert painter.evaluate(STATE) == str(refusal.value).replace(str(path), name)
+
+
+def test_a_subject_stands_on_the_stage_that_the_command_makes(painter, tmp_path):
+    """The random numbers of its strokes are others; the page has no view of the scene, so tones are compared loosely."""
+    path = tmp_path / "crate.ply"
+    bg.save(crate() + plaza(), path)
+    ask_for(painter, NUM_STROKES)
+    dropped(painter, path)
+    scene, _, plain, _ = strokes_of_passes(path, NUM_STROKES)
+    facts = painter.evaluate("window.brushgs.contents.header")
+    camera = bg.Camera(
+        *(np.reshape(facts["camera"][name], (n, n)) for name, n in (("viewmat", 4), ("K", 3))), 1280, 720
+    )
+    stage = open_stage(find_site(scene, find_first_view(scene)), plain, [camera], values=1.0)
+    assert stage.ground is not None
+    strokes, own = strokes_in(painter, "backdrop"), strokes_in(painter)
+    points = stage.place.local(strokes["means"] + facts["origin"])
+    rho = np.hypot(points[:, 0], points[:, 2])
+    size = stage.place.radius
+    is_cove = rho < 0.98 * stage.surface.wall
+    heights = np.interp(rho[is_cove], stage.surface.rho, stage.surface.height)
+    np.testing.assert_allclose(points[is_cove, 1], heights, atol=1e-2 * size)
+    usual = Brushwork(1.8)
+    expected = painted_stage(stage, usual, [camera])
+    assert len(points) == pytest.approx(len(expected), rel=0.05)
+    for rows, of_page in ((strokes["sh"], points), (expected.sh[:, 0], stage.place.local(expected.means))):
+        lab = oklab_of(np.clip(0.5 + C0 * rows, 0, 1))
+        near = np.hypot(of_page[:, 0], of_page[:, 2]) < 1.2 * size
+        wall = of_page[:, 1] > size
+        parts = [np.median(lab[part], axis=0) for part in (near, wall)]
+        if rows is strokes["sh"]:
+            found = parts
+    np.testing.assert_allclose(found, parts, atol=0.02)
+    heights = stage.place.local(own["means"] + facts["origin"])[:, 1]
+    assert heights.min() > -1.1 * BAND * size  # nothing is left below the table
 
 
 READ = """async (files) => {

@@ -38,6 +38,19 @@ struct PicturePair {
     SmallPicture plain, shaded;
 };
 
+// A plain picture of Gaussians as a pinhole camera sees them.
+struct PlainView {
+    double viewmat[12];     // camera from world, the first three rows of [4, 4]
+    double fx, fy, cx, cy;  // pixels
+    int width, height;
+    double near;  // world units
+    bool is_antialiased;
+};
+struct ViewPicture {
+    std::vector<float> rgb, alpha;  // [height, width, 3] premultiplied, [height, width]
+};
+ViewPicture paint_view(const SceneView<float>& scene, const PlainView& view);
+
 // Red and green are these shades, 0 to 1 for each row.
 SmallPicture paint_shades(const ViewSample& sample, const ViewCamera& camera, const std::vector<float>& red,
                           const std::vector<float>& green);

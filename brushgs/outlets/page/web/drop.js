@@ -131,7 +131,7 @@ class Dropping {
     const { numbers } = this.look;
     await this._remember(run);
     this._say(`Painting ${this._file.name}: ${this._scene.count.toLocaleString("en")} Gaussians …`, true);
-    this._strokes = await run("paint", { strokes: this.strokes, numbers });
+    await run("paint", { strokes: this.strokes, numbers });
     await this._show(run);
     const { dropped } = this._scene, notes = [];
     if (dropped) notes.push(`${dropped.toLocaleString("en")} rows that cannot be drawn were left out.`);
@@ -144,9 +144,10 @@ class Dropping {
     if (this._scene) await this._work("", this._file.name, (run) => this._paint(run));
   }
 
-  /** Show the same strokes with another axis up. */
+  /** Show the same strokes with another axis up; they are made anew where the worker that held them was stopped. */
   async _turnUp() {
-    if (this._strokes) await this._work("", this._file.name, (run) => this._show(run));
+    const task = (run) => (this._maker.isAlive ? this._show(run) : this._paint(run));
+    if (this._strokes) await this._work("", this._file.name, task);
   }
 
   /** Do something while the bar shows that it is going on; `task` gets the function that asks the worker. */
@@ -178,12 +179,14 @@ class Dropping {
   }
 
   async _show(run) {
-    await this._remember(run);
     const axis = this._up.value, horizon = horizonOf(upOf(axis));
     const fronts = (this._scene.fronts ??= {}); // by the axis that is up
     fronts[axis] ??= await run("front", { level: orbitAxes(horizon, 0, 0, 0, []) });
     const view = firstView(this._blank.header.camera, this._scene, horizon, fronts[axis]);
     Object.assign(view, await run("reach", { camera: view.camera }));
+    const { azimuth, isFlat } = fronts[axis], { camera } = view;
+    const numbers = isFlat ? null : this.look.stage?.numbers; // land seen from above needs no table
+    this._strokes = await run("show", { camera, level: orbitAxes(horizon, azimuth, 0, 0, []), numbers });
     this.app.replace(this._contents(view));
     document.getElementById("dropFields").hidden = false;
     for (const field of document.querySelectorAll(".of-lamp")) field.hidden = !this.look.header.lamp;
@@ -192,17 +195,20 @@ class Dropping {
   /** The contents of a page with the strokes: those of the blank one, with other columns and another view. */
   _contents(view) {
     const { header, arrays } = this._blank;
-    const { columns, count, shDegree } = this._strokes;
-    const names = Object.fromEntries(Object.keys(columns).map((name) => [name, `scene.${name}`]));
-    const own = Object.fromEntries(Object.entries(columns).map(([name, values]) => [names[name], values]));
-    const { antialiased } = this._scene;
+    const { strokes, stage } = this._strokes, own = {};
+    const coatOf = (coat, { columns, count, shDegree }, antialiased) => {
+      const names = Object.fromEntries(Object.keys(columns).map((name) => [name, `scene.${coat.name}.${name}`]));
+      for (const [name, values] of Object.entries(columns)) own[names[name]] = values;
+      return { ...coat, count, shDegree, antialiased, arrays: names };
+    };
     const look = this.look.header, lamp = look.lamp && { ...look.lamp, ...this._lamp() };
-    const coat = { ...look.coats[0], count, shDegree, antialiased, arrays: names };
+    const coats = [coatOf(look.coats[0], strokes, this._scene.antialiased)];
+    if (stage) coats.unshift(coatOf(this.look.stage.coat, stage, false));
     const title = this._file.name.replace(/\.[^.]*$/, "");
     const words = ["--look", this._look.value, "--strokes", String(this.strokes)];
     if (lamp) words.push("--lamp", `${this._around.value},${this._height.value}`);
     const command = { scene: this._file.name, options: words };
-    const whole = { ...header, ...look, ...view, title, command, lamp, coats: [coat] };
+    const whole = { ...header, ...look, ...view, title, command, lamp, coats };
     return { header: whole, arrays: { ...arrays, ...own } };
   }
 

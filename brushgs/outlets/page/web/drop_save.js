@@ -34,14 +34,14 @@ function inPlanes(array) {
 
 /** The text of a page with a painting, in one of its brushes; null for its own. */
 async function pageOf({ header, arrays }, brush) {
-  const { painter, coats: [coat], ...others } = header;
+  const { painter, coats, ...others } = header;
   const own = Object.fromEntries(Object.entries(arrays).filter(([name]) => /^(brush|scene)/.test(name)));
-  const row = brush ?? 0, { underpaint, numSigmas } = coat;
-  const drawn = {
-    ...coat, brushes: [coat.brushes[row]], numSigmas: [numSigmas[row]],
-    underpaint: underpaint && { ...underpaint, reach: [underpaint.reach[row]] },
-  };
-  const bytes = await encodeContents({ header: { ...others, coats: [drawn] }, arrays: own });
+  const row = brush ?? 0;
+  const drawn = coats.map((coat) => ({
+    ...coat, brushes: [coat.brushes[row]], numSigmas: [coat.numSigmas[row]],
+    underpaint: coat.underpaint && { ...coat.underpaint, reach: [coat.underpaint.reach[row]] },
+  }));
+  const bytes = await encodeContents({ header: { ...others, coats: drawn }, arrays: own });
   const page = new DOMParser().parseFromString(SHELL, "text/html");
   for (const id of ["drop", "dropFields", "dropFile"]) page.getElementById(id).remove();
   page.title = page.querySelector("h1").textContent = header.title;

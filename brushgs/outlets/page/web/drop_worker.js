@@ -48,37 +48,53 @@ const work = {
     });
   },
 
-  /** Azimuth and elevation of the first view, radians, by the axes of a level view from azimuth 0. */
+  /** Azimuth and elevation of the first view, radians, and whether the subject is flat; by the axes of a level view. */
   front({ level }) {
     return withNumbers(level, (place) => {
       core.front(place);
-      const [azimuth, elevation] = new Float64Array(core.memory.buffer, place, 2);
-      return { azimuth, elevation };
+      const [azimuth, elevation, isFlat] = new Float64Array(core.memory.buffer, place, 3);
+      return { azimuth, elevation, isFlat: isFlat > 0 };
     });
   },
 
   /** How far the scene reaches from the middle of a picture, pixels: [across, down], or null where it holds but few. */
   reach({ camera }) {
-    const { viewmat, K, width, height, near } = camera;
-    const numbers = [...viewmat.slice(0, 12), K[0], K[4], width, height, near];
-    const found = withNumbers(numbers, (place) => {
+    const found = withNumbers(numbersOf(camera), (place) => {
       core.reach(place);
       return [...new Float64Array(core.memory.buffer, place, 2)];
     });
     return { subject: found[0] > 0 ? found : null };
   },
 
-  /** Make so many strokes: columns by name. */
+  /** Make so many strokes. */
   paint({ strokes, numbers }) {
     withNumbers(numbers, (place) => core.paint(strokes, place));
-    const widths = { ...COLUMNS, sh: 3 * core.sh_terms() };
-    const columns = {};
-    for (const [name, width] of Object.entries(widths)) {
-      columns[name] = new Float32Array(core.memory.buffer, core[name](), width * core.num_strokes()).slice();
-    }
-    return { columns, count: core.num_strokes(), shDegree: Math.sqrt(core.sh_terms()) - 1 };
+    return {};
+  },
+
+  /** The strokes as they are shown in a view, and their stage, or null: columns by name. `numbers` are those of the stage. */
+  show({ camera, level, numbers }) {
+    if (numbers) withNumbers([...numbersOf(camera), ...level, ...numbers], (place) => core.show(place));
+    else core.show(0);
+    const [strokes, stage] = [0, 1].map(shown);
+    return { strokes, stage: stage.count ? stage : null };
   },
 };
+
+/** Columns of strokes, 0, or of their stage, 1. */
+function shown(part) {
+  const count = core.num_strokes(part), terms = core.sh_terms(part);
+  const columns = {};
+  for (const [name, width] of Object.entries({ ...COLUMNS, sh: 3 * terms })) {
+    columns[name] = new Float32Array(core.memory.buffer, core[name](part), width * count).slice();
+  }
+  return { columns, count, shDegree: Math.sqrt(terms) - 1 };
+}
+
+/** A camera as the module takes it. */
+function numbersOf({ viewmat, K, width, height, near }) {
+  return [...viewmat.slice(0, 12), K[0], K[4], width, height, near];
+}
 
 /** The content of gzip data as `bytes`, or `fault`. No more than `most` bytes are unpacked. */
 async function unpacked(stored, most) {
