@@ -214,7 +214,7 @@ BRUSHGS_EXPORT(show) void show(const double* numbers) {
         shown[1].strokes = std::move(staged.stage);
         raise(shown[1], lights_of(painted.strokes, cones_from_rgb, lab_from_roots), look[27], cones_from_rgb,
               lab_from_roots);
-        arrange(shown[1]);
+        for (Paint& paint : shown) arrange(paint);
     }
     for (Paint& paint : shown) move_to_middle(paint.strokes);
 }

@@ -63,6 +63,7 @@ SCRIPTS = (
     "live_brush.js",
     "live_scene.js",
     "live.js",
+    "drop_brush.js",
     "drop_save.js",
     "drop.js",
     "app.js",
@@ -70,7 +71,7 @@ SCRIPTS = (
 # Files for pages with a server only.
 LIVE_SCRIPTS = frozenset(name for name in SCRIPTS if name.startswith("live"))
 # The scripts of pages that paint, and the text of their worker.
-DROP_SCRIPTS, WORKER_SCRIPT = frozenset({"drop_save.js", "drop.js"}), "drop_worker.js"
+DROP_SCRIPTS, WORKER_SCRIPT = frozenset({"drop_brush.js", "drop_save.js", "drop.js"}), "drop_worker.js"
 SHARED_GLSL = "shared.glsl"  # generated, see `brushgs.outlets.page.shared`
 SHADER_SUFFIXES = (".vert", ".frag", ".glsl")
 _INCLUDE = re.compile(r'^[ \t]*#include "([^"\n]+)"[ \t]*$', re.MULTILINE)

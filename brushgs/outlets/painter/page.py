@@ -49,6 +49,7 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import linen
+from brushgs.rendering.underpaint import STROKE_REACH
 from brushgs.values.camera import Camera
 from brushgs.values.colors import CONES_FROM_RGB, OKLAB_FROM_ROOTS
 from brushgs.values.gaussians import Gaussians
@@ -104,6 +105,7 @@ def painter_contents(module: bytes) -> PageContents:
         "looks": looks,
         "lamp": [degrees(angle) for angle in USUAL_LAMP],
         "sure": SURE,
+        "strokeReach": STROKE_REACH,
         "strokes": STROKES,
         "mostBytes": MOST_BYTES,
     }

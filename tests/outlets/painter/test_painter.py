@@ -18,15 +18,17 @@ from brushgs.formats.scenes.spz import open_scene
 from brushgs.outlets.page.contents import coarse_to_fine
 from brushgs.outlets.painter import build
 from brushgs.outlets.painter.page import BRUSHES
-from brushgs.passes.extent import robust_frame
 from brushgs.passes.add.stage import find_site, open_stage, painted_stage
 from brushgs.passes.add.stage_ground import BAND
 from brushgs.passes.add.stage_paint import Brushwork
+from brushgs.passes.extent import robust_frame
 from brushgs.passes.reduce.worth import worth_keeping
 from brushgs.pipeline.look import open_relief
 from brushgs.rendering.light import Lamp
+from brushgs.rendering.options import RenderOptions
 from brushgs.values.colors import oklab_of
 from brushgs.values.sh import C0
+from tests.brushes.test_texture import write_image
 from tests.first_view.scenes import about, moved, statue
 from tests.fuzz import corpus
 from tests.fuzz.mutate import mutate
@@ -44,8 +46,16 @@ PICTURE = """window.brushgs.picture().then((blob) => blob.arrayBuffer())
     .then((bytes) => btoa(Array.from(new Uint8Array(bytes), (byte) => String.fromCharCode(byte)).join("")))"""
 
 
-def dropped(page, path):
+def dropped(page, path, *, stage=True):
     """Give the page a file, and wait until it is painted or refused."""
+    page.evaluate(
+        """(has) => {
+      const { looks } = window.brushgs.dropping._blank.header.painter;
+      looks.kept ??= looks.oil.stage;
+      looks.oil.stage = has ? looks.kept : null;
+    }""",
+        stage,
+    )
     page.set_input_files("#dropFile", path)
     wait_until(page, DONE)
 
@@ -122,7 +132,7 @@ def test_strokes_are_those_of_an_unguided_painting(painter, tmp_path, suffix):
         warnings.simplefilter("ignore")  # a .splat loses what depends on the view
         bg.save(bg.Gaussians.joined([fruit, specks]), path)
     ask_for(painter, NUM_STROKES)
-    dropped(painter, path)
+    dropped(painter, path, stage=False)
     gaussians, kept, plain, strokes = strokes_of_passes(path, NUM_STROKES)
     assert len(bg.load(path)) > len(gaussians) > len(kept)
     assert len(strokes) > 0.9 * NUM_STROKES
@@ -146,7 +156,7 @@ def test_spz_of_every_version_and_handedness_is_read(painter, tmp_path, version,
     ask_for(painter, NUM_STROKES)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # few rows have a degree of 4
-        dropped(painter, path)
+        dropped(painter, path, stage=False)
         gaussians, _, plain, strokes = strokes_of_passes(path, NUM_STROKES)
         up = open_scene(path).up
     compared(painter, gaussians, plain, strokes)
@@ -182,7 +192,7 @@ def test_the_page_offers_its_brushes_and_shows_the_name_of_the_scene(painter, tm
 def test_paint_has_the_relief_of_oil_and_a_lamp_that_moves(painter, tmp_path):
     bg.save(still_life_of(1000), tmp_path / "quince.ply")
     ask_for(painter, NUM_STROKES)
-    dropped(painter, tmp_path / "quince.ply")
+    dropped(painter, tmp_path / "quince.ply", stage=False)
     _, _, plain, _ = strokes_of_passes(tmp_path / "quince.ply", NUM_STROKES)
     rows = coarse_to_fine(plain)
     found = strokes_in(painter)
@@ -308,7 +318,7 @@ def test_what_load_refuses_the_page_refuses_in_the_same_words(painter, tmp_path,
 
 
 def test_a_subject_stands_on_the_stage_that_the_command_makes(painter, tmp_path):
-    """The random numbers of its strokes are others; the page has no view of the scene, so tones are compared loosely."""
+    """The random numbers of its strokes are others, so places and colors are compared as a whole."""
     path = tmp_path / "crate.ply"
     bg.save(crate() + plaza(), path)
     ask_for(painter, NUM_STROKES)
@@ -342,6 +352,77 @@ def test_a_subject_stands_on_the_stage_that_the_command_makes(painter, tmp_path)
     assert heights.min() > -1.1 * BAND * size  # nothing is left below the table
 
 
+def picture_file(folder, kind, seed=0):
+    """A stroke of bristles, cut out or dark on light paper, with an empty margin."""
+    g = np.random.default_rng(seed)
+    rows, columns = 90, 300
+    v, u = np.mgrid[-1 : 1 : 1j * rows, -1 : 1 : 1j * columns]
+    bristles = np.clip(1.2 - (1.3 * u) ** 4 - (1.5 * v) ** 2, 0, 1) * g.uniform(0.4, 1, (rows, 1))
+    path = folder / f"{kind}.png"
+    if kind == "cut_out":
+        light = np.rint(255 * g.uniform(0, 1, (rows, columns, 1))) / 255
+        write_image(path, np.concatenate([np.repeat(light, 3, axis=2), bristles[..., None]], axis=2))
+    else:
+        write_image(path, np.repeat(1 - 0.8 * bristles[..., None], 3, axis=2))
+    return path
+
+
+@for_each("kind", ["cut_out", "on_paper"])
+@for_each("look", ["oil", "plain"])
+def test_a_dropped_picture_is_the_brush_that_stroke_makes_of_it(painter, open_page, tmp_path, kind, look):
+    bg.save(still_life_of(1000), tmp_path / "quince.ply")
+    dropped(painter, tmp_path / "quince.ply")
+    painter.select_option("#dropLook", look)
+    wait_until(painter, DONE)
+    path = picture_file(tmp_path, kind)
+    before = painter.evaluate(PICTURE)
+    painter.set_input_files("#dropFile", path)
+    wait_until(painter, "window.brushgs.dropping._brush !== null")
+    texture = bg.StrokeTexture.open(path)
+    brush, coat = painter.evaluate("""() => {
+      const { header, arrays } = window.brushgs.contents, [brush] = header.brushes;
+      const [coverage, height] = [brush.coverage, brush.height].map((name) => name && [...arrays[name]]);
+      return [{ ...brush, coverage, height }, header.coats.at(-1)];
+    }""")
+    assert (brush["name"], brush["rows"], brush["columns"]) == (kind, *texture.coverage.shape)
+    found = np.reshape(brush["coverage"], texture.coverage.shape)
+    assert np.abs(found - texture.coverage.astype(int)).max() <= 1
+    assert (brush["height"] is None) == (texture.height is None)
+    if texture.height is not None:  # pictures of browsers are premultiplied: light of thin paint is coarse
+        height = np.reshape(brush["height"], texture.coverage.shape)
+        assert np.abs(height / 255 - texture.height)[texture.coverage > 60].max() < 0.02
+    options = RenderOptions.of(texture, underpaint=True)
+    assert coat["numSigmas"][0] == pytest.approx(options.num_sigmas, rel=2e-3)
+    assert coat["underpaint"]["reach"][0] == pytest.approx(options.underpaint.reach, rel=2e-3)
+    assert painter.evaluate(PICTURE) != before
+    assert painter.evaluate("window.brushgs.contents.header.command.options").count(f"./{kind}.png") == 1
+    with painter.expect_download() as download:
+        painter.evaluate("document.getElementById('dropSave').click()")
+    download.value.save_as(tmp_path / "saved.html")
+    page = open_page(tmp_path / "saved.html")
+    wait_until(page, "window.brushgs.firstPictureMs !== null")
+    assert page.evaluate("window.brushgs.contents.header.brushes[0].name") == kind
+    painter.evaluate("window.brushgs.dropping._brush = null")
+
+
+def test_what_is_no_brush_is_refused_in_words(painter, tmp_path):
+    bg.save(still_life_of(1000), tmp_path / "quince.ply")
+    dropped(painter, tmp_path / "quince.ply")
+    (tmp_path / "odd.png").write_bytes(b"no picture at all")
+    write_image(tmp_path / "empty.png", np.zeros((8, 8, 4)))
+    write_image(tmp_path / "large.png", np.zeros((5000, 4000, 1)))
+    for name, words in (
+        ("odd", "is no picture"),
+        ("empty", "is fully transparent"),
+        ("large", "has 20 megapixels"),
+    ):
+        painter.set_input_files("#dropFile", tmp_path / f"{name}.png")
+        wait_until(
+            painter, f"document.getElementById('notice').textContent.startsWith('{name}.png: {words}')"
+        )
+    assert painter.evaluate("window.brushgs.dropping._brush") is None
+
+
 READ = """async (files) => {
     const dropping = window.brushgs.dropping, maker = dropping._maker, told = [];
     for (const [name, text] of files) {
@@ -351,8 +432,10 @@ READ = """async (files) => {
         const { count, dropped } = await dropping._read((task, given) => maker.run(0, task, given), file);
         await maker.run(0, "up", {});
         await maker.run(0, "front", { level: [1, 0, 0, 0, 1, 0, 0, 0, 1] });
-        const { numbers } = dropping.look;
-        const strokes = await maker.run(0, "paint", { strokes: 20, numbers });
+        const { numbers, stage } = dropping.look, { camera } = window.brushgs.contents.header;
+        await maker.run(0, "paint", { strokes: 20, numbers });
+        const level = [1, 0, 0, 0, 1, 0, 0, 0, 1];
+        const { strokes } = await maker.run(0, "show", { camera, level, numbers: stage.numbers });
         told.push([count, dropped, strokes.count]);
       } catch (error) {
         told.push(error.message);
@@ -387,6 +470,8 @@ def num_loaded(path):
 
 
 def test_files_of_the_fuzzer_are_read_as_by_load_or_refused_in_words(painter, tmp_path):
+    bg.save(still_life_of(1000), tmp_path / "quince.ply")
+    dropped(painter, tmp_path / "quince.ply")  # its view
     files = list(files_of_the_fuzzer(tmp_path))
     told = painter.evaluate(READ, [(name, base64.b64encode(data).decode()) for name, data in files])
     num_read = 0

@@ -364,7 +364,8 @@ class CoatPainter {
       const own = this.isImage ? header.brushes[i] : 0;
       const isPlain = i === header.plainBrush;
       const drawn = this.isImage && replaced !== null && !isPlain ? replaced : own;
-      const longer = drawn === own ? 1 : fittedSigmas(atlas, drawn) / fittedSigmas(atlas, own);
+      const [long, usual] = [drawn, own].map((row) => fittedSigmas(atlas.meanCoverages[row]));
+      const longer = drawn === own ? 1 : long / usual;
       const reach = this.hasUnderpaint ? header.underpaint.reach[i] / longer : 0;
       rows.set([sigmas * longer, reach, drawn, isPlain ? 1 : 0], 4 * i);
       if (this.isImage) atlas.need(drawn);
@@ -384,9 +385,8 @@ class CoatPainter {
 
 const isSame3 = (a, b) => a[0] === b[0] && a[1] === b[1] && a[2] === b[2];
 
-/** Half length of a box, in standard deviations, for about as much paint as the Gaussian has. */
-function fittedSigmas(atlas, brush) {
-  const mean = atlas.meanCoverages[brush];
+/** Half length of a box, in standard deviations, for about as much paint as the Gaussian has; of the mean coverage. */
+function fittedSigmas(mean) {
   return mean === 0 ? IMAGE_SIGMAS : Math.min(IMAGE_SIGMAS, FITTED_REACH * Math.sqrt(Math.PI / (2 * mean)));
 }
 

@@ -66,7 +66,8 @@ class Dropping {
     this.app = app;
     this._blank = app.contents; // brushes, ground and module, without a scene
     this._maker = new Maker(this._blank.arrays.module, (share) => { this._progress.value = share; });
-    this._file = this._scene = this._strokes = null;
+    this._file = this._scene = this._strokes = this._view = null;
+    this._brush = null; // that was dropped, see drop_brush.js
     this.isBusy = false; // whether a scene is being read or painted
     this._task = 0; // counts scenes and changes, so that one that is out of date is not shown
     const byId = (id) => document.getElementById(id);
@@ -97,8 +98,12 @@ class Dropping {
     return this._blank.header.painter.looks[this._look.value];
   }
 
-  /** Read a file and paint it. Never throws: what goes wrong is said in the page. */
+  /** Read a file and paint it, or with it. Never throws: what goes wrong is said in the page. */
   async open(file) {
+    if (isPicture(file)) {
+      await this._openBrush(file);
+      return;
+    }
     const most = this._blank.header.painter.mostBytes;
     if (file.size > most) {
       const megabytes = Math.ceil(file.size / 1e6);
@@ -118,6 +123,26 @@ class Dropping {
       await this._findUp(run);
       await this._paint(run);
     });
+  }
+
+  /** Take a picture as the brush of all strokes. */
+  async _openBrush(file) {
+    const say = (words) => (this._strokes ? this.app.panel.say(words) : this._say(words, this.isBusy));
+    let brush;
+    try {
+      brush = await brushOfFile(file);
+    } catch (error) {
+      say(`${file.name}: ${error.message}`);
+      return;
+    }
+    this._brush = { ...brush, file: file.name };
+    if (this._strokes && !this.isBusy) this._replace();
+    say(`${file.name} is the brush now${brush.note ? `; ${brush.note}` : ""}.`);
+  }
+
+  /** Show the strokes in the view that is known. */
+  _replace() {
+    this.app.replace(this._contents(this._view));
   }
 
   /** Choose the axis that is most probably up. */
@@ -187,7 +212,8 @@ class Dropping {
     const { azimuth, isFlat } = fronts[axis], { camera } = view;
     const numbers = isFlat ? null : this.look.stage?.numbers; // land seen from above needs no table
     this._strokes = await run("show", { camera, level: orbitAxes(horizon, azimuth, 0, 0, []), numbers });
-    this.app.replace(this._contents(view));
+    this._view = view;
+    this._replace();
     document.getElementById("dropFields").hidden = false;
     for (const field of document.querySelectorAll(".of-lamp")) field.hidden = !this.look.header.lamp;
   }
@@ -209,7 +235,32 @@ class Dropping {
     if (lamp) words.push("--lamp", `${this._around.value},${this._height.value}`);
     const command = { scene: this._file.name, options: words };
     const whole = { ...header, ...look, ...view, title, command, lamp, coats };
-    return { header: whole, arrays: { ...arrays, ...own } };
+    const all = { ...arrays, ...own };
+    if (this._brush) {
+      words.push("--stroke", `./${this._brush.file}`);
+      this._addBrush(whole, all);
+    }
+    return { header: whole, arrays: all };
+  }
+
+  /** Make the dropped brush the first one of all coats: that of strokes without one. */
+  _addBrush(header, arrays) {
+    const { name, rows, columns, coverage, height } = this._brush, { strokeReach } = this._blank.header.painter;
+    const sigmas = strokeReach * fittedSigmas(mean(coverage) / 255);
+    const own = { name, rows, columns, coverage: "brushOwn.coverage", height: height && "brushOwn.height", tint: null };
+    arrays["brushOwn.coverage"] = coverage;
+    if (height) arrays["brushOwn.height"] = height;
+    header.brushes = [{ ...own, tintStep: 0 }, ...header.brushes];
+    header.coats = header.coats.map((coat) => {
+      const { underpaint } = coat;
+      const reach = (underpaint.reach[0] * coat.numSigmas[0]) / sigmas; // of the Gaussian, which it covers
+      return {
+        ...coat,
+        brushes: header.brushes.map((_, row) => row),
+        numSigmas: [sigmas, ...coat.numSigmas],
+        underpaint: { ...underpaint, reach: [reach, ...underpaint.reach] },
+      };
+    });
   }
 
   /** The directions of the lamp that is chosen, on the canvas: `Lamp` of rendering/light.py. */

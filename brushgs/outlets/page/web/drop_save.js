@@ -8,7 +8,8 @@ async function encodeContents({ header, arrays }) {
   const places = {}, parts = [];
   let offset = 0;
   for (const [name, array] of Object.entries(arrays)) {
-    const { dtype, shape } = header.arrays[name] ?? { dtype: "float32", shape: [array.length] };
+    const usual = { dtype: array instanceof Uint8Array ? "uint8" : "float32", shape: [array.length] };
+    const { dtype, shape } = header.arrays[name] ?? usual;
     places[name] = { offset, dtype, shape };
     parts.push(inPlanes(array));
     offset += array.byteLength;

@@ -72,7 +72,7 @@ const work = {
     return {};
   },
 
-  /** The strokes as they are shown in a view, and their stage, or null: columns by name. `numbers` are those of the stage. */
+  /** The strokes as shown in a view, and their stage, or null, made with `numbers`: columns by name. */
   show({ camera, level, numbers }) {
     if (numbers) withNumbers([...numbersOf(camera), ...level, ...numbers], (place) => core.show(place));
     else core.show(0);
