@@ -39,6 +39,12 @@ public:
         std::fprintf(stderr, "%s: threads change the result\n", name.c_str());
         has_failed_ = true;
     }
+    // Fails unless something holds.
+    void hold(const std::string& name, bool is_so) {
+        if (is_so) return;
+        std::fprintf(stderr, "%s: does not hold\n", name.c_str());
+        has_failed_ = true;
+    }
     bool has_failed() const { return has_failed_; }
 
 private:
@@ -54,5 +60,6 @@ void run_gaussian_cases(Cases& cases);
 void run_stroke_cases(Cases& cases);
 void run_box_cases(Cases& cases);
 void run_plane_cases(Cases& cases);
+void run_view_cases(Cases& cases);
 
 }  // namespace native

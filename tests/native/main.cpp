@@ -12,5 +12,6 @@ int main() {
     native::run_stroke_cases(cases);
     native::run_box_cases(cases);
     native::run_plane_cases(cases);
+    native::run_view_cases(cases);
     return cases.has_failed() ? 1 : 0;
 }

@@ -11,9 +11,10 @@ namespace {
 
 using Doubles = std::vector<double>;
 
-constexpr double kLow = 0.4;   // of the height of a scene, below which its ground is searched for
-constexpr double kBin = 0.02;  // of heights, in radii
-constexpr long kAround = 4;    // bins to each side that a band of paint fills
+constexpr double kLow = 0.4;       // of the height of a scene, below which its ground is searched for
+constexpr double kBin = 0.02;      // of heights, in radii
+constexpr double kMostBins = 1e5;  // what lies lower is in the lowest one
+constexpr long kAround = 4;        // bins to each side that a band of paint fills
 // Of six objects without a ground and three with one: the share of level paint in one band is 0.3 to 0.8 and 0.8 to 1,
 // paint below it over that in it 0.03 to 3.7 and 0 to 0.3, and the area that nothing stands on, in areas of what stands
 // on it, up to 0.7 and from 2.7.
@@ -111,9 +112,11 @@ private:
             sum += weight;
         }
         if (!(sum > 0)) return false;
-        const double lowest = *std::ranges::min_element(heights);
+        const double highest = *std::ranges::max_element(heights);
+        const double lowest = std::max(*std::ranges::min_element(heights), highest - kMostBins * kBin);
         std::vector<long> bins;
-        for (const double height : heights) bins.push_back(static_cast<long>(std::floor((height - lowest) / kBin)));
+        for (const double height : heights)
+            bins.push_back(static_cast<long>(std::floor(std::max(height - lowest, 0.0) / kBin)));
         Doubles weights(static_cast<std::size_t>(*std::ranges::max_element(bins)) + 1);
         for (std::size_t i = 0; i < bins.size(); ++i) weights[static_cast<std::size_t>(bins[i])] += paint[i];
         const long peak = heaviest_bin(weights, kAround);

@@ -222,7 +222,8 @@ StrokeForm form_of(const FormQuery<T>& strokes) {
                  [&](std::size_t i) { form.planes[i] = plane_of(strokes, i); });
     const Doubles colors = colors_of(strokes);
     for_each_row(count, kRowsPerItem, strokes.num_threads, [&](std::size_t i) {
-        weigh_neighbors(form.planes.data(), colors.data(), i, &form.rows[width * i], width, &form.weights[width * i]);
+        weigh_neighbors(form.planes.data(), colors.data(), i, form.rows.data() + width * i, width,
+                        form.weights.data() + width * i);
     });
     return form;
 }

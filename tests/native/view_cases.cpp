@@ -1,0 +1,191 @@
+// What a page makes of a scene beside strokes: up, front, form, relief and stage; of hostile scenes too. These use
+// functions of the C library, which round apart on other systems: results are hashed in steps of a millionth.
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "brushgs/first_view.hpp"
+#include "brushgs/stage.hpp"
+#include "brushgs/stroke_form.hpp"
+#include "brushgs/stroke_relief.hpp"
+#include "hash.hpp"
+#include "inputs.hpp"
+
+namespace native {
+
+namespace {
+
+constexpr std::size_t kCount = 1200;
+constexpr double kCones[9] = {0.4122214708, 0.5363325363, 0.0514459929, 0.2119034982, 0.6806995451,
+                              0.1073969566, 0.0883024619, 0.2817188376, 0.6299787005};
+constexpr double kLab[9] = {0.2104542553, 0.7936177850, -0.0040720468, 1.9779984951, -2.4285922050,
+                            0.4505937099, 0.0259040371, 0.7827717662,  -0.8086757660};
+constexpr double kWhite[9] = {0.4339, 0.3762, 0.1899, 0.2126, 0.7152, 0.0722, 0.0178, 0.1095, 0.8729};
+
+// Of a hash, what is alike on all systems: steps of a millionth of 1 or of the number itself.
+class Steps {
+public:
+    void add(double value) {
+        is_finite_ = is_finite_ && std::isfinite(value);
+        const double size = std::abs(value) > 1 ? std::abs(value) : 1;
+        steps_.push_back(std::isfinite(value) ? std::round(value / size * 1e6) : 0);
+    }
+    template <class Values>
+    void add_all(const Values& values) {
+        for (const auto& value : values) add(static_cast<double>(value));
+    }
+    bool is_finite() const { return is_finite_; }
+    std::uint64_t hash() const {
+        Hash hash;
+        hash.add(steps_);
+        return hash.value();
+    }
+
+private:
+    std::vector<double> steps_;
+    bool is_finite_ = true;
+};
+
+// What may be in a file: the readers let only finite numbers and quaternions other than zero pass.
+template <class T>
+std::vector<std::pair<std::string, Gaussians<T>>> scenes() {
+    std::vector<std::pair<std::string, Gaussians<T>>> all;
+    const auto add = [&](const char* name, std::size_t count, const auto& change) {
+        Gaussians<T> scene(71, count, 1);
+        change(scene);
+        all.emplace_back(name, std::move(scene));
+    };
+    const auto fill = [](std::vector<T>& column, double value) {
+        for (T& one : column) one = static_cast<T>(value);
+    };
+    add("usual", kCount, [](auto&) {});
+    add("no row", 0, [](auto&) {});
+    add("one row", 1, [](auto&) {});
+    add("two rows", 2, [](auto&) {});
+    add("one place", 40, [&](auto& scene) { fill(scene.means, 0.5); });
+    add("a plane", kCount, [](auto& scene) {
+        for (std::size_t i = 1; i < scene.means.size(); i += 3) scene.means[i] = 0;
+    });
+    add("no size", kCount, [&](auto& scene) { fill(scene.scales, 0); });
+    add("invisible", kCount, [&](auto& scene) { fill(scene.opacities, 0); });
+    add("far", kCount, [](auto& scene) {
+        for (std::size_t i = 0; i < 9; ++i) scene.means[i] = static_cast<T>(i % 2 == 0 ? 1e15 : -1e15);
+    });
+    add("huge", kCount, [](auto& scene) {
+        for (std::size_t i = 0; i < 9; ++i) scene.scales[i] = static_cast<T>(1e12);
+    });
+    add("tiny", kCount, [](auto& scene) {
+        for (auto* column : {&scene.means, &scene.scales})
+            for (T& value : *column) value *= static_cast<T>(1e-12);
+    });
+    add("glaring", kCount, [&](auto& scene) { fill(scene.sh, 1e6); });
+    return all;
+}
+
+template <class T>
+Steps first_view(const Gaussians<T>& scene, int num_threads) {
+    Steps steps;
+    if (scene.count == 0) return steps;  // no caller asks
+    const auto sample =
+        brushgs::take_view_sample<T>({scene.means.data(), scene.quats.data(), scene.scales.data(),
+                                      scene.opacities.data(), scene.sh.data(), scene.count, scene.sh_terms});
+    const auto chances = brushgs::up_chances(sample, num_threads);
+    steps.add_all(chances);
+    steps.add(static_cast<double>(brushgs::believed_axis(chances)));
+    constexpr double level[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    if (sample.count == 0) return steps;
+    const brushgs::Front front = brushgs::find_front(sample, level, num_threads);
+    steps.add(front.azimuth);
+    steps.add(front.lean);
+    return steps;
+}
+
+template <class T>
+Steps form(const Gaussians<T>& scene, int num_threads) {
+    Steps steps;
+    if (scene.count == 0) return steps;
+    const auto found = brushgs::form_of<T>({scene.means.data(), scene.quats.data(), scene.scales.data(),
+                                            scene.sh.data(), scene.count, scene.sh_terms, kWhite, num_threads});
+    const auto field = brushgs::form_field<T>(found,
+                                              {scene.means.data(), scene.scales.data(), scene.opacities.data(),
+                                               scene.sh.data(), scene.count, scene.sh_terms, kWhite},
+                                              false);
+    std::vector<T> quats(4 * scene.count), scales(3 * scene.count);
+    brushgs::turn_strokes(found, field.pairs.data(), field.weights.data(), {}, scene.quats.data(), quats.data(),
+                          scales.data());
+    steps.add_all(scales);
+    steps.add_all(quats);
+    return steps;
+}
+
+template <class T>
+Steps relief(const Gaussians<T>& scene, int) {
+    Steps steps;
+    if (scene.count == 0) return steps;
+    const brushgs::PaintedStrokes<T> strokes{
+        scene.scales.data(), scene.opacities.data(), scene.sh.data(), scene.count, scene.sh_terms, kCones, kLab};
+    std::vector<double> found(2 * scene.count);
+    brushgs::relative_reliefs(strokes, brushgs::median_log_size(scene.scales.data(), scene.count), 0.8,
+                              brushgs::light_range(strokes), found.data());
+    steps.add_all(found);
+    return steps;
+}
+
+template <class T>
+Steps stage(const Gaussians<T>& scene, int) {
+    Steps steps;
+    const std::vector<double> points(scene.means.begin(), scene.means.end());
+    std::vector<double> weights(scene.opacities.begin(), scene.opacities.end());
+    for (std::size_t i = 0; i < scene.count; ++i) weights[i] *= static_cast<double>(scene.scales[3 * i]);
+    Random random(72);
+    const auto lab = random.numbers<double>(3 * scene.count, 0, 0.3);
+    const std::vector<std::uint8_t> level(scene.count, 1);
+    const double lamp[3] = {-0.56, 0.71, -0.42}, radius = 1.5;
+    const auto standing = brushgs::find_standing(points.data(), weights, radius);
+    const auto ground = brushgs::find_ground(
+        {points.data(), level.data(), weights.data(), lab.data(), scene.count, radius, standing.height});
+    const auto shadow = brushgs::cast_shadow({points.data(), weights.data(), lab.data(), scene.count, radius, lamp});
+    const auto profile = brushgs::profile_around(radius, standing.width, standing.height, 6, 0);
+    const brushgs::ProfileView view(profile);
+    const auto sizes = brushgs::stroke_sizes(view, radius, standing.width, {6, 5});
+    std::vector<double> cells;
+    for (const double size : sizes) cells.push_back(size * size / 8);
+    const std::size_t count = std::min<std::size_t>(brushgs::count_spots(view, cells.data(), 8), 400);
+    const auto noise = random.numbers<double>(brushgs::kSpotNoise * count, -1, 1);
+    const auto spots = brushgs::place_spots(view, cells.data(), count, 0.3, noise.data());
+    const brushgs::ShadowView shades{shadow.shade.data(), shadow.contact.data(), shadow.reflected.data(), radius, lamp};
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto shade = shades.at(&spots.points[3 * i]);
+        for (const double value : {shade.shade, shade.contact, shade.reflected[0]}) steps.add(value);
+    }
+    steps.add_all(spots.points);
+    steps.add_all(ground.coverage);
+    steps.add_all(ground.lab);
+    steps.add(ground.level);
+    return steps;
+}
+
+}  // namespace
+
+template <class T>
+void run_views(Cases& cases) {
+    using Work = Steps (*)(const Gaussians<T>&, int);
+    const std::pair<const char*, Work> works[] = {
+        {"first view", first_view<T>}, {"form", form<T>}, {"relief", relief<T>}, {"stage", stage<T>}};
+    for (const auto& scene : scenes<T>()) {
+        for (const auto& [work_name, work] : works) {
+            const std::string name = std::string(work_name) + ", " + scene.first + ": " + name_of_scalar<T>;
+            cases.run(name, [&, work = work](int num_threads) { return work(scene.second, num_threads).hash(); });
+            cases.hold(name + " is finite", work(scene.second, 1).is_finite());
+        }
+    }
+}
+
+void run_view_cases(Cases& cases) {
+    run_views<float>(cases);
+    run_views<double>(cases);
+}
+
+}  // namespace native
