@@ -8,7 +8,7 @@ in Python, with k strokes,
     strokes = bg.break_colors(bg.solidify(merged.take(worth_keeping(merged))))
 
 with `follows=1` in oil, shown as by `bg.save(strokes, "page.html", texture="flat", underpaint=True)`; in oil
-on toned linen, with a relief and a lamp.
+on toned linen, with a relief and a lamp, on a stage (`brushgs/passes/add/stage.py`).
 """
 
 from dataclasses import replace
