@@ -31,16 +31,20 @@ if TYPE_CHECKING:
 ROUNDS = 3  # of smoothing
 LEAST_COLOR = 0.02  # pigments are never blacker; as in the core
 GRAIN_DEVIATION = 0.24  # of the grain of paper, as in the core
-VEIL = 0.2  # share of the paper that stays where an outline is lost, or the far side shows; as in the core
+VEIL = 0.1  # share of the paper that stays where an outline is lost, or the far side shows; as in the core
 ROOM = 0.06  # how far pigment runs beyond the strokes, over the diagonal
 SPILL = 4.0  # inverse of the coverage by strokes from which washes have full strength
 RIM = 0.005  # width over which pigment gathers at the rim of a wash, over the diagonal
 LOSS = 0.024  # width over which a lost outline fades, over the diagonal
 PAPER = 0.4, 0.5  # coverage by strokes from which paper hides what lies below, and the range of that
-# Of the coverage blurred over `LOSS` the mean inside, within some widths: up to the first a part is thin, and
-# lost on the side of the lamp alone. Along a straight edge it is 0.85; in a strip as wide as `LOSS`, 0.46.
-NEARBY, THIN, THICK = 2.0, 0.55, 0.75
-SIDED, LIT = 0.25, (0.6, 2.0)  # of `LOSS`: blur by which sides of thin parts differ; and how far at its slope
+# A lost outline fades over about a third of what is as thick there, in one of some widths: a part is as thick
+# as a width where coverage blurred by it comes near to 1 (`CORE`, its range) at some of the places about it
+# (`NEAR_CORE`: share of the paint, and range).
+WIDTHS = 1.0, 0.5, 0.25  # of `LOSS`
+CORE, NEAR_CORE = (0.86, 0.08), (0.03, 0.1)
+OPENED = 1.4  # how much of such a width is lost as a whole
+LIT = 0.8  # of parts thinner than all widths the side of the lamp is lost alone: base of its share
+STEEP = 2.83  # slope of blurred coverage over two pixels beside what is missing to 1, times the width
 FROM_ABOVE = -0.57, -0.57  # direction to the lamp in pictures, where none is known
 ROOM_SOLID = 12.0  # see `Key`: a room has no holes, windows are strokes of little opacity
 # Holes in the paint of a room: reach of the colors that fill them, over the diagonal, and the share of paint
@@ -124,7 +128,7 @@ class Washes:
     grain: float = 0.15
     light: tuple[float, ...] = (0.12, 0.07)
     light_noise: tuple[float, ...] = (0.012, 0.02)
-    lost: tuple[float, ...] = (0.45, 0.12, 0.15, 0.25)
+    lost: tuple[float, ...] = (0.0, 0.12, 0.15, 0.25, 0.5, 0.45)
     most: float = 2.9
 
     def numbers(self) -> F64:
@@ -153,7 +157,7 @@ class WetLayer(_Running):
     Attributes:
         key: tone curve.
         anchor: of the noise and the focus.
-        is_room: whether the scene fills the picture, which then has a ragged border and no lost outlines.
+        is_room: whether the scene fills the picture, which then has no lost outlines.
         washes: parameters of mixing.
         smoothing: of the three washes.
         towards: unit vector toward the lamp, world axes; None if not known.
@@ -178,11 +182,10 @@ class WetLayer(_Running):
         return self._wet(_Part(painted.rgb, painted.alpha, painted.depth, *all_of, camera, surface=None))
 
     def scores(self, wet: "Wet") -> Array:
-        """[H, W] what lets an outline be lost from a number on: light, noise, and distance from the focus."""
-        _, _, by_noise, by_focus = self.washes.lost
-        return np.asarray(
-            np.exp(-wet.parted[2]) + by_noise * wet.noise[..., 1] - by_focus * wet.noise[..., 2]
-        )
+        """[H, W] what lets an outline be lost from a number on: light, noise, no focus, a lamp beside it."""
+        _, _, by_noise, by_focus, by_side, by_tone = self.washes.lost
+        scores = by_noise * wet.noise[..., 1] - by_focus * wet.noise[..., 2] - by_tone * wet.parted[2]
+        return np.asarray(scores if (soft := wet.alphas[1]) is None else scores + by_side * soft[..., 1])
 
     def lost(self, wet: "Wet") -> Array:
         """[H, W] how far outlines are lost, 0 to 1."""
@@ -190,7 +193,7 @@ class WetLayer(_Running):
         scores = self.scores(wet)
         if soft is None:
             return np.zeros_like(scores)
-        return np.asarray(smoothstep((scores - first) / over) * (1 - smoothstep(2 * soft - 1)))
+        return np.asarray(smoothstep((scores - first) / over) * (1 - smoothstep(2 * soft[..., 0] - 1)))
 
     def stand_in(self, coat: "Coat") -> "Coat":
         """See `Effect`: the strokes in colors mapped by the tone curve."""
@@ -205,11 +208,10 @@ class WetLayer(_Running):
         alpha, dtype = part.alpha, part.rgb.dtype
         noise, parted = self._parts(part)
         blurred = smooth(parted[1].copy(), RIM * part.diagonal)
-        soft = None if self.is_room else _losable(alpha, LOSS * part.diagonal, self._lamp_in(part.camera))
-        if self.is_room:
-            border = part.cut(ragged_border(*part.shape, dtype.name))
-        else:  # washes do not run beyond painted pixels
-            border = smoothstep(SPILL * alpha).astype(dtype)
+        soft = None if self.is_room else _outlines(alpha, LOSS * part.diagonal, self._lamp_in(part.camera))
+        border = part.cut(ragged_border(*part.shape, dtype.name))
+        if not self.is_room:  # washes do not run beyond painted pixels
+            border = border * smoothstep(SPILL * alpha).astype(dtype)
         return Wet(parted, blurred, noise, (alpha, soft), (part.grain, border, part.paper))
 
     def _lamp_in(self, camera: Camera) -> tuple[float, float]:
@@ -255,21 +257,28 @@ def without_holes(rgb: Array, alpha: Array, solid: float, diagonal: float) -> tu
     return filled, alpha + lift
 
 
-def _losable(alpha: Array, loss: float, lamp: tuple[float, float]) -> Array:
-    """[h, w] 0.5 at outlines that may be lost to 1 where none is; of thin parts only the side of a lamp."""
-
-    def blurred(plane: Array, width: float) -> Array:
-        return smooth(plane[..., None].copy(), width * loss)[..., 0]
-
+def _outlines(alpha: Array, loss: float, lamp: tuple[float, float]) -> Array:
+    """[h, w, 2] 0.5 at outlines to 1 where none is near; how far their side is that of a lamp, -1 to 1."""
     solid = smoothstep((alpha - PAPER[0]) / PAPER[1]).astype(alpha.dtype)
-    soft, beside = blurred(solid, 1.0), np.pad(blurred(solid, SIDED), 1, mode="edge")
-    inside = blurred(soft * solid, NEARBY) / np.maximum(blurred(solid, NEARBY), 1e-6)
-    slope = lamp[0] * (beside[1:-1, 2:] - beside[1:-1, :-2]) + lamp[1] * (
-        beside[2:, 1:-1] - beside[:-2, 1:-1]
-    )
-    lit = smoothstep(LIT[0] - LIT[1] * SIDED * loss * slope)
-    may_be = np.maximum(smoothstep((inside - THIN) / (THICK - THIN)), lit).astype(alpha.dtype)
-    return np.asarray(1 - may_be * (1 - soft))
+    fades, sides, weights = np.zeros_like(solid), np.zeros_like(solid), np.full_like(solid, 1e-6)
+    for share in WIDTHS:
+        width = share * loss
+        soft = smooth(solid[..., None].copy(), width)[..., 0]
+        beside = np.pad(soft, 1, mode="edge")
+        slope = lamp[0] * (beside[1:-1, 2:] - beside[1:-1, :-2])
+        slope += lamp[1] * (beside[2:, 1:-1] - beside[:-2, 1:-1])
+        side = -np.clip(width * slope / (STEEP * (1 - soft) + 1e-3), -1, 1)
+        if share == WIDTHS[-1]:
+            may_be = smoothstep(LIT + side)
+        else:
+            core = smoothstep((soft - CORE[0]) / CORE[1]).astype(alpha.dtype)
+            near = smooth(core[..., None], width)[..., 0] / np.maximum(soft, 1e-6)
+            may_be = smoothstep((near - NEAR_CORE[0]) / NEAR_CORE[1])
+        fade = may_be * np.minimum(OPENED * (1 - soft), 0.5)
+        sides += fade * fade * side
+        weights += fade * fade
+        fades = np.maximum(fades, fade)
+    return np.stack([1 - fades, sides / weights], axis=-1).astype(alpha.dtype)
 
 
 class Wet(NamedTuple):
@@ -321,8 +330,8 @@ class ShadowWash(_Running):
         means[..., 0] = densities[..., :3].mean(axis=-1)
         blurred = smooth(means.copy(), RIM * part.diagonal)
         parted = densities, means, np.ones_like(alpha)
-        nothing = np.zeros_like(alpha), None
-        return _mixed(parted, blurred, noise, nothing, (part.grain, None, None), self.washes)
+        nothing, border = (np.zeros_like(alpha), None), part.cut(ragged_border(*part.shape, rgb.dtype.name))
+        return _mixed(parted, blurred, noise, nothing, (part.grain, border, None), self.washes)
 
 
 @dataclass(frozen=True, eq=False)

@@ -81,7 +81,10 @@ def test_kernels_agree_with_the_definitions(size, dtype):
         np.testing.assert_allclose(one, other, **near)
 
     blurred = parted[1] * dtype(0.7)
-    for soft, sheet in ((None, (None, None, None)), (alpha**2, (depth / 8, alpha, guide))):
+    for soft, sheet in (
+        (None, (None, None, None)),
+        (np.stack([alpha**2, 2 * alpha - 1], axis=-1), (depth / 8, alpha, guide)),
+    ):
         got = _mixed(parted, blurred, noise, (alpha, soft), sheet, washes)
         for one, other in zip(
             got, reference.mix_washes(parted, blurred, noise, (alpha, soft), sheet, washes), strict=True
@@ -181,10 +184,10 @@ def left_of(alpha: np.ndarray, light: np.ndarray, towards: tuple[float, float, f
 
 
 def test_the_lightest_part_of_an_outline_is_lost_and_the_dark_keeps_it():
-    """A disc, lighter to the right."""
+    """A disc, lighter to the right, under a lamp behind the camera."""
     y, x = np.mgrid[:120, :240]
     alpha = (np.hypot(x - 90, y - 60) < 50).astype(np.float64)
-    left, _ = left_of(alpha, 0.05 + 0.65 * np.clip((x - 40) / 100, 0, 1))
+    left, _ = left_of(alpha, 0.05 + 0.65 * np.clip((x - 40) / 100, 0, 1), (0, 0, -1))
     assert left[60, 136:138].max() < 0.5  # beside the outline, in the light
     assert left[60, 44:48].min() > 0.75  # likewise in the dark
     assert left[60, 48:120].min() > 0.9
@@ -222,3 +225,13 @@ def test_the_night_behind_a_window_is_no_bare_paper_but_what_no_paint_surrounds_
     laid = WetLayer(KEY, ANCHOR, is_room=True)(frame, camera_of(*size), None).over((1, 1, 1))
     assert laid[56:64, 76:84].max() < 0.5
     assert laid[40:80, 200:].min() > 0.95
+
+
+def test_a_narrow_part_keeps_its_middle_where_it_loses_its_outline():
+    """A light disc of a radius of 18 px on a dark one of 80: a lost outline fades over a third of each."""
+    y, x = np.mgrid[:240, :480]
+    head, body = np.hypot(x - 240, y - 38) < 18, np.hypot(x - 240, y - 135) < 80
+    alpha = (head | body).astype(np.float64)
+    left, _ = left_of(alpha, np.where(head, 0.5, 0.15), (0, 0, -1))
+    assert left[38, 224:226].max() < 0.3
+    assert left[38, 236:245].min() > 0.8

@@ -137,7 +137,8 @@ def mix_washes(
         parted: see `part_washes`.
         blurred: [H, W, 3] its means, blurred.
         noise: [H, W, 3] flow, slow noise and focus.
-        alphas: [H, W] coverage by strokes; 0.5 at an outline that may be lost to 1 where none is, or None.
+        alphas: [H, W] coverage by strokes; [H, W, 2] 0.5 at an outline to 1 where none is, and how far
+            its side is that of the lamp, or None.
         sheet: [H, W] grain, [H, W] border and [H, W, 3] color of the paper; or None.
         washes: numbers.
     """
@@ -151,12 +152,13 @@ def mix_washes(
     factors[..., 1] *= 1 + washes.flows[1] * flow
     limit = washes.light[0] + washes.light_noise[0] * grain + washes.light_noise[1] * flow
     share = 1 - smoothstep((limit - tones) / washes.light[1])
-    share = share * (1 + washes.grain * grain * np.clip(1.3 * (means[..., 0] + means[..., 1]), 0.12, 1))
+    thick = np.clip(1.3 * (means[..., 0] + means[..., 1]), 0.12, 1) * (1 - washes.at_focus * focus)
+    share = share * (1 + washes.grain * grain * thick)
     kept = np.ones_like(flow)
     if soft is not None:
-        first, range_, noise_share, focus_share = washes.lost
-        score = np.exp(-tones) + noise_share * slow - focus_share * focus
-        kept = 1 - smoothstep((score - first) / range_) * (1 - smoothstep(2 * soft - 1))
+        first, range_, noise_share, focus_share, side_share, tone_share = washes.lost
+        score = noise_share * slow - focus_share * focus + side_share * soft[..., 1] - tone_share * tones
+        kept = 1 - smoothstep((score - first) / range_) * (1 - smoothstep(2 * soft[..., 0] - 1))
     share = share * kept if border is None else share * kept * border
     sums = (densities.reshape(*flow.shape, 3, 3) * factors[..., None]).sum(axis=-2)
     tints = np.exp(-np.clip(sums * share[..., None], 0, washes.most))

@@ -210,7 +210,7 @@ void part_washes(In<T, 3> coarse, In<T, 3> middle, In<T, 3> fine, In<T, 3> noise
 
 template <class T>
 void mix_washes(In<T, 3> densities, In<T, 3> means, In<T, 3> blurred, In<T, 2> tones, In<T, 3> noise, In<T, 2> alpha,
-                std::optional<In<T, 2>> soft, std::optional<In<T, 2>> grain, std::optional<In<T, 2>> border,
+                std::optional<In<T, 3>> soft, std::optional<In<T, 2>> grain, std::optional<In<T, 2>> border,
                 std::optional<In<T, 3>> paper, In<double, 1> numbers, int num_threads, Out<T, 3> rgb,
                 Out<T, 2> covered) {
     const brushgs::MixParams<T> params{.densities = densities.data(),

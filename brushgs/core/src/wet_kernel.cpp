@@ -14,7 +14,7 @@ constexpr int kRun = 64;             // pixels whose numbers fit the stack, so t
 constexpr double kDeviation = 0.27;  // of the noise of one octave
 constexpr double kLn2 = 0.693147180559945309417;
 constexpr double kLuma[3] = {0.2126, 0.7152, 0.0722};
-constexpr double kVeil = 0.2;                   // share of the paper that stays where an outline is lost
+constexpr double kVeil = 0.1;                   // share of the paper that stays where an outline is lost
 constexpr double kLeastColor = 0.02;            // pigments are never blacker
 constexpr double kLargestCell = 1e9;            // lattice indices beyond are clamped
 constexpr std::uint32_t kGolden = 0x9E3779B1u;  // a prime close to 2^32 / golden ratio
@@ -426,8 +426,8 @@ void part_run(const WashParams<T>& params, const WashNumbers<T>& n, std::size_t 
 template <class T>
 void mix_run(const MixParams<T>& params, const WashNumbers<T>& n, std::size_t first, int count) {
     alignas(64) T densities[9][kRun], means[3][kRun], blurred[3][kRun], noise[3][kRun], factors[3][kRun];
-    alignas(64) T tones[1][kRun], alphas[1][kRun], grains[1][kRun], more[1][kRun], shares[kRun], kept[kRun],
-        darkest[kRun];
+    alignas(64) T tones[1][kRun], alphas[1][kRun], grains[1][kRun], more[1][kRun], outline[2][kRun], shares[kRun],
+        kept[kRun], darkest[kRun];
     load(params.densities + 9 * first, count, densities);
     load(params.means + 3 * first, count, means);
     load(params.blurred + 3 * first, count, blurred);
@@ -448,18 +448,18 @@ void mix_run(const MixParams<T>& params, const WashNumbers<T>& n, std::size_t fi
             1 - n.dips[0] * exp_of(-dip * dip) + n.crests[0] * exp_of(-crest * crest) * (1 - noise[2][i]);
         factors[0][i] *= (1 + n.flows[0] * flow) * backruns;
         factors[1][i] *= 1 + n.flows[1] * flow;
-        const T thick = within<T>((means[0][i] + means[1][i]) * T(1.3), T(0.12), 1);
+        const T thick = within<T>((means[0][i] + means[1][i]) * T(1.3), T(0.12), 1) * (1 - n.at_focus * noise[2][i]);
         const T limit = n.light[0] + n.light_noise[0] * grain + n.light_noise[1] * flow;
         shares[i] = (1 + n.grain * grain * thick) * (1 - smoothstep<T>((limit - tones[0][i]) / n.light[1]));
     }
     for (int i = 0; i < kRun; ++i) kept[i] = 1;
     if (params.soft != nullptr) {
-        load(params.soft + first, count, more);
+        load(params.soft + 2 * first, count, outline);
         for (int i = 0; i < kRun; ++i) {
-            const T luma = exp_of(-tones[0][i]);
-            const T score = luma + n.lost[2] * noise[1][i] - n.lost[3] * noise[2][i];
+            const T score =
+                n.lost[2] * noise[1][i] - n.lost[3] * noise[2][i] + n.lost[4] * outline[1][i] - n.lost[5] * tones[0][i];
             const T lost = smoothstep<T>((score - n.lost[0]) / n.lost[1]);
-            kept[i] = 1 - lost * (1 - smoothstep<T>(2 * more[0][i] - 1));
+            kept[i] = 1 - lost * (1 - smoothstep<T>(2 * outline[0][i] - 1));
             shares[i] *= kept[i];
         }
     }

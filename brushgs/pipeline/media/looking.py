@@ -1,7 +1,7 @@
 """Darks and lost outlines of a watercolour: decided once per job, by looking at it in small views.
 
 Both go by rank, as shares of what a scene has: the darkest of the picture gets dark, and the lightest part of
-the outline is lost, where the paper of the light side runs into that around.
+the outline is lost, first on the side of the lamp, where the paper of the light side runs into that around.
 """
 
 from collections.abc import Sequence
@@ -16,14 +16,16 @@ from brushgs.values.arrays import F64, Array, Rows
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 
-DARK, DARKEST = 26.0, 2.2  # L* below which this percentage of a picture is to be
+DARK, DARKEST = 25.0, 2.2  # L* below which this percentage of a picture is to be
 # Of the tone curve, tried in this order until it is: factor of its exponent, and share of its range that gets
 # as dark as its darkest.
-CURVES = (1.0, 0.0), (1.1, 0.02), (1.3, 0.05), (1.5, 0.1), (1.7, 0.16), (1.9, 0.22), (2.1, 0.28), (2.3, 0.34)
-LOST = 0.38  # share of the outline of washes that is lost; touches and grain keep some
-LEAST_LOST = 0.04  # score of the darkest that may be
+CURVES = (
+    *((1.0, 0.0), (1.1, 0.02), (1.3, 0.05), (1.5, 0.1), (1.7, 0.16)),
+    *((1.9, 0.22), (2.1, 0.28), (2.3, 0.34), (2.5, 0.42), (2.7, 0.5)),
+)
+LOST = 0.32  # share of the outline of washes that is lost; touches and grain keep some
 FAINT = 6.0  # CIELAB: difference across an outline up to which it is lost
-SOLID = 0.25  # least coverage by strokes inside of an outline: there washes have half of their strength
+SOLID = 0.5  # least coverage by strokes inside of an outline
 ACROSS = 0.0036  # of the diagonal, at least 1.5 px: from an outline to what is compared across it
 SMOOTH = 0.0018, 0.0014  # of the diagonal: blur of an outline for its direction, and of what is compared
 STEPS = 7  # of the bisection of ranks
@@ -52,7 +54,7 @@ def looked_at(layer: WetLayer, views: Sequence[View]) -> tuple[WetLayer, list[We
 
 
 def _losing(layer: WetLayer, wets: Sequence[Wet], outlines: Sequence["_Outline"]) -> WetLayer:
-    """The layer that loses its share of the outline: the lightest, away from the focus.
+    """The layer that loses its share of the outline: the lightest, beside the lamp, away from the focus.
 
     The score from which outlines are lost is one number for all frames, and what it is compared with lies in
     space, so that no outline pops as the camera moves.
@@ -66,10 +68,10 @@ def _losing(layer: WetLayer, wets: Sequence[Wet], outlines: Sequence["_Outline"]
     _, over, *others = layer.washes.lost
 
     def from_rank(rank: int) -> WetLayer:
-        first = max(float(scores[min(rank, len(scores) - 1)]), LEAST_LOST) - over
+        first = float(scores[min(rank, len(scores) - 1)]) - over
         return replace(layer, washes=replace(layer.washes, lost=(first, over, *others)))
 
-    low, high = 0, int((scores > LEAST_LOST).sum())
+    low, high = 0, len(scores)
     for _ in range(STEPS):
         rank = (low + high) // 2
         if np.concatenate([one.is_lost(_on_white(wet, from_rank(rank))) for wet, one in pairs]).mean() < LOST:

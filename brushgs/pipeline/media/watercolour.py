@@ -4,6 +4,7 @@ Strokes are not washes: as soft paint they say where pigment goes. The paper doe
 """
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -28,7 +29,7 @@ TOUCH_LENGTH = 0.025  # of the view's width: standard deviation along a touch
 LARGEST_TOUCH = 6.0  # times the stroke that it comes from
 CANDIDATES = 12  # strokes looked at for a touch
 APART = 0.03  # of the view's width: least distance of touches
-ROOM_BORDER = 0.08  # of the picture, in which marks thin out where the washes end
+BORDER = 0.08  # of the picture, in which marks thin out where the washes end
 LEAST_FOCUS = 0.45  # of pencil lines
 
 
@@ -41,24 +42,22 @@ def watercolour(materials: Materials) -> list[Coat]:
     layer, wets = looked_at(layer, settled.views)
     settled = replace(settled, key=layer.key)
     coats = [replace(materials.smudge("wash", strokes), effect=layer)]
+    kept = partial(kept_by, layer, wets, [camera for _, camera in settled.views])
     rows = _touched(materials, settled, media.touches)
     if len(rows):
         chosen = strokes.take(rows)
-        opacities = media.marks * kept_by(layer, wets, [camera for _, camera in settled.views], chosen.means)
-        touches = _touches(chosen, settled, opacities)
+        touches = _touches(chosen, settled, media.marks * kept(chosen.means))
         coats.append(materials.glaze("touches", touches, dry=media.dry))
     for coat in materials.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry):
         focus = in_focus(settled.anchor.distances(coat.strokes.means))
-        near = np.clip((focus - LEAST_FOCUS) / (1 - LEAST_FOCUS), 0, 1)
+        near = np.clip((focus - LEAST_FOCUS) / (1 - LEAST_FOCUS), 0, 1) * kept(coat.strokes.means)
         faded = (near * coat.strokes.opacities).astype(coat.strokes.opacities.dtype)
-        kept = np.flatnonzero(near > 0)
+        rows = np.flatnonzero(near > 0)
         assert coat.normals is not None, "lines are seen edge-on"
-        drawn = replace(coat.strokes, opacities=faded).take(kept)
-        if len(kept):
-            coats.append(replace(coat, strokes=drawn, normals=coat.normals[kept]))
-    if settled.is_room:
-        coats[1:] = [replace(coat, border=ROOM_BORDER) for coat in coats[1:]]
-    return coats
+        drawn = replace(coat.strokes, opacities=faded).take(rows)
+        if len(rows):
+            coats.append(replace(coat, strokes=drawn, normals=coat.normals[rows]))
+    return [coats[0], *(replace(coat, border=BORDER) for coat in coats[1:])]
 
 
 def stage(materials: Materials, staging: "Staging") -> Coat:
@@ -114,7 +113,7 @@ def _touched(materials: Materials, settled: Settled, count: int) -> Rows:
 
 def _touches(strokes: Gaussians, settled: Settled, opacity: F64) -> Gaussians:
     """Strokes as loose marks of about one length in the picture, keyed, fainter at the focus."""
-    solid = 1 - 0.7 * in_focus(settled.anchor.distances(strokes.means))
+    solid = 1 - in_focus(settled.anchor.distances(strokes.means))
     lengths: F64 = strokes.scales.astype(np.float64).max(axis=1)
     wanted = TOUCH_LENGTH * settled.widths(strokes.means)
     factors = np.clip(wanted / np.maximum(lengths, 1e-30), 0.5, LARGEST_TOUCH)

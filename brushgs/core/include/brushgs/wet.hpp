@@ -62,7 +62,7 @@ struct WashNumbers {
     T hardness[2];     // of their borders
     T masses[2];       // how far densities move to those of masses, away from the focus
     T wander;          // of these borders with the flow, in steps
-    T at_focus;        // share of the masses that the focus leaves out
+    T at_focus;        // share of masses and granulation that the focus leaves out
     T rims[3];         // of each wash
     T flows[2];        // amplitude of the flow in the first and the second wash
     T dips[3];         // depth, place and width of a backrun's pale level
@@ -70,7 +70,7 @@ struct WashNumbers {
     T grain;           // granulation
     T light[2];        // density of the second wash below which the paper is left, and over which that fades
     T light_noise[2];  // of that limit: with the grain, and with the flow
-    T lost[4];         // score from which the outline is lost, over which that grows; its slow noise and focus
+    T lost[6];         // score from which the outline is lost, over which that grows; its noise, focus, side, density
     T most;            // density
 };
 
@@ -95,7 +95,8 @@ struct MixParams {
     const T* tones;      // [pixels]
     const T* noise;      // [pixels, 3]
     const T* alpha;      // [pixels] of the strokes
-    const T* soft;       // [pixels] 0.5 at an outline that may be lost, 1 where none is; null: none is anywhere
+    const T* soft;       // [pixels, 2] 0.5 at an outline to 1 where none is, and how far its side is that of the lamp,
+                         // -1 to 1; null: no outline is lost
     const T* grain;      // [pixels] of the paper, 0 (a valley) to 1; null: smooth
     const T* border;     // [pixels] share of the washes there; null: all
     const T* paper;      // [pixels, 3]; null: white

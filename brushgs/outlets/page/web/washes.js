@@ -24,7 +24,7 @@ function makeWashes(effect, { width, height, colors, depths }, camera) {
   return mixed(effect, size, laid, noise, depths);
 }
 
-/** Strength of the washes of a picture of a room, 0 outside of its ragged border. */
+/** Strength of the washes of a picture, 0 outside of its ragged border. */
 function raggedBorder({ width, height, count, diagonal }) {
   const inside = filled(new Float32Array(count), (i) => {
     const x = (i % width) + 0.5, y = Math.floor(i / width) + 0.5;
@@ -74,15 +74,15 @@ function wetLayer({ key, washes, smoothing, isRoom, towards }, size, colors, alp
       }
     }
   });
-  const [first, range, noiseShare, focusShare] = washes.lost;
+  const [first, range, noiseShare, focusShare, sideShare, toneShare] = washes.lost;
   const lamp = towards ? [0, 4].map((row) => dot3(viewmat.subarray(row), towards)) : SHARED.WET_FROM_ABOVE;
-  const cover = alpha.map(underPaper);
-  if (isRoom) return { densities, tones, focus, strength: raggedBorder(size), cover };
-  const soft = losable(cover, size, lamp), strength = alpha.map((value) => smoothed(WET_SPILL * value));
+  const cover = alpha.map(underPaper), strength = raggedBorder(size);
+  if (isRoom) return { densities, tones, focus, strength, cover };
+  const [soft, side] = outlines(cover, size, lamp);
   for (let i = 0; i < count; i++) {
-    const score = Math.exp(-tones[i]) + noiseShare * slow[i] - focusShare * focus[i];
+    const score = noiseShare * slow[i] - focusShare * focus[i] + sideShare * side[i] - toneShare * tones[i];
     const kept = 1 - smoothed((score - first) / range) * (1 - smoothed(2 * soft[i] - 1));
-    strength[i] *= kept;
+    strength[i] *= kept * smoothed(WET_SPILL * alpha[i]);
     cover[i] *= SHARED.WET_VEIL + (1 - SHARED.WET_VEIL) * kept;
   }
   return { densities, tones, focus, strength, cover };
@@ -94,26 +94,33 @@ function underPaper(alpha) {
   return smoothed((alpha - least) / range);
 }
 
-/** 0.5 at outlines that may be lost to 1 where none is, of thin parts only the side of a lamp: `_losable`. */
-function losable(solid, size, [right, down]) {
-  const { width, height, diagonal } = size, nearby = SHARED.WET_NEARBY, [thin, whole] = SHARED.WET_THICK;
-  const sided = SHARED.WET_SIDED, [base, rate] = SHARED.WET_LIT, gain = rate * sided * WET_LOSS * diagonal;
-  const blurred = (plane, wide) => smoothPlanes(plane.slice(), 1, size, wide * WET_LOSS * diagonal);
-  const soft = blurred(solid, 1), covered = blurred(solid, nearby), beside = blurred(solid, sided);
-  const inside = blurred(soft.map((one, i) => one * solid[i]), nearby);
-  return soft.map((one, i) => {
-    const thick = smoothed((inside[i] / Math.max(covered[i], 1e-6) - thin) / (whole - thin));
-    const x = i % width, y = (i - x) / width, row = i - x;
-    const across = beside[row + Math.min(x + 1, width - 1)] - beside[row + Math.max(x - 1, 0)];
-    const along = beside[Math.min(y + 1, height - 1) * width + x] - beside[Math.max(y - 1, 0) * width + x];
-    const lit = smoothed(base - gain * (right * across + down * along));
-    return 1 - Math.max(thick, lit) * (1 - one);
-  });
+/** 0.5 at outlines to 1 where none is near, and how far their side is that of a lamp: `_outlines`. */
+function outlines(solid, size, [right, down]) {
+  const { width, height, count, diagonal } = size, [least, range, near, nearRange] = SHARED.WET_CORE;
+  const [opened, lit, steep] = SHARED.WET_SIDE, finest = SHARED.WET_WIDTHS.at(-1);
+  const fades = new Float32Array(count), sides = new Float32Array(count), weights = new Float32Array(count).fill(1e-6);
+  for (const share of SHARED.WET_WIDTHS) {
+    const wide = share * WET_LOSS * diagonal, soft = smoothPlanes(solid.slice(), 1, size, wide);
+    const cores = share > finest && smoothPlanes(soft.map((one) => smoothed((one - least) / range)), 1, size, wide);
+    for (let i = 0; i < count; i++) {
+      const x = i % width, row = i - x, y = row / width;
+      const across = soft[row + Math.min(x + 1, width - 1)] - soft[row + Math.max(x - 1, 0)];
+      const along = soft[Math.min(y + 1, height - 1) * width + x] - soft[Math.max(y - 1, 0) * width + x];
+      const slope = (wide * (right * across + down * along)) / (steep * (1 - soft[i]) + 1e-3);
+      const side = -Math.min(1, Math.max(-1, slope));
+      const mayBe = cores ? (cores[i] / Math.max(soft[i], 1e-6) - near) / nearRange : lit + side;
+      const fade = smoothed(mayBe) * Math.min(opened * (1 - soft[i]), 0.5);
+      sides[i] += fade * fade * side;
+      weights[i] += fade * fade;
+      fades[i] = Math.max(fades[i], fade);
+    }
+  }
+  return [fades.map((fade) => 1 - fade), filled(sides, (i) => sides[i] / weights[i])];
 }
 
 /** One wash in the color of its strokes, over the area that they cover. */
-function shadowWash({ count }, colors, alpha, { flow }) {
-  const densities = new Float32Array(9 * count), nothing = new Float32Array(count);
+function shadowWash(size, colors, alpha, { flow }) {
+  const { count } = size, densities = new Float32Array(9 * count), nothing = new Float32Array(count);
   for (let i = 0; i < count; i++) {
     const inside = smoothed((alpha[i] - SHADOW_EDGE + SHADOW_WANDER * flow[i]) / SHADOW_SOFTNESS);
     const thick = inside * (SHADOW_LEAST + (1 - SHADOW_LEAST) * alpha[i]);
@@ -122,8 +129,8 @@ function shadowWash({ count }, colors, alpha, { flow }) {
       densities[9 * i + c] = -Math.log(Math.min(1, Math.max(LEAST_COLOR, color))) * thick;
     }
   }
-  const ones = nothing.slice().fill(1);
-  return { densities, tones: ones, focus: nothing, strength: ones, cover: nothing };
+  const tones = nothing.slice().fill(1);
+  return { densities, tones, focus: nothing, strength: raggedBorder(size), cover: nothing };
 }
 
 /** The picture of a room, its holes in the colors of the paint around them: `without_holes`. */
@@ -228,7 +235,7 @@ function mixed({ washes }, size, { densities, tones, focus, strength, cover }, {
     }
     paint[4 * i + 3] = cover[i];
     more[4 * i] = (washes.light[0] + washes.light_noise[1] * flow[i] - tones[i]) / washes.light[1];
-    more[4 * i + 1] = Math.min(1, Math.max(0.12, 1.3 * (means[3 * i] + means[3 * i + 1])));
+    more[4 * i + 1] = Math.min(1, Math.max(0.12, 1.3 * (means[3 * i] + means[3 * i + 1]))) * (1 - washes.at_focus * focus[i]);
     more[4 * i + 2] = strength[i];
     more[4 * i + 3] = depths[i] || depthBeside(depths, i, size.width);
   }
