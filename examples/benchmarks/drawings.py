@@ -180,7 +180,7 @@ def svg(drawing: Drawing) -> list[str]:
 
 
 def frames_of_oil(scene: str) -> list[str]:
-    """Milliseconds of a frame of oil with 6000 strokes and of watercolour, in turns, and how many of oil it takes."""
+    """Milliseconds of a frame of oil with 6000 strokes and of watercolour, in turns, and their ratio."""
     size = "--size", "1280x720"
     drawings = Drawing(scene, "oil", *size, "--strokes", "6000"), Drawing(scene, "watercolour", *size)
     seconds: tuple[list[float], ...] = [], []

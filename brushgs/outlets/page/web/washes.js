@@ -96,12 +96,12 @@ function underPaper(alpha) {
 
 /** 0.5 at outlines to 1 where none is near, and how far their side is that of a lamp: `_outlines`. */
 function outlines(solid, size, [right, down]) {
-  const { width, height, count, diagonal } = size, [least, range, near, nearRange] = SHARED.WET_CORE;
-  const [opened, lit, steep] = SHARED.WET_SIDE, finest = SHARED.WET_WIDTHS.at(-1);
+  const { width, height, count, diagonal } = size, { WET_OPENED: opened, WET_LIT: lit, WET_STEEP: steep } = SHARED;
+  const [[least, range], [near, nearRange], [widths]] = [SHARED.WET_CORE, SHARED.WET_NEAR_CORE, SHARED.WET_WIDTHS];
   const fades = new Float32Array(count), sides = new Float32Array(count), weights = new Float32Array(count).fill(1e-6);
-  for (const share of SHARED.WET_WIDTHS) {
+  for (const share of widths) {
     const wide = share * WET_LOSS * diagonal, soft = smoothPlanes(solid.slice(), 1, size, wide);
-    const cores = share > finest && smoothPlanes(soft.map((one) => smoothed((one - least) / range)), 1, size, wide);
+    const cores = share > widths.at(-1) && smoothPlanes(soft.map((one) => smoothed((one - least) / range)), 1, size, wide);
     for (let i = 0; i < count; i++) {
       const x = i % width, row = i - x, y = row / width;
       const across = soft[row + Math.min(x + 1, width - 1)] - soft[row + Math.max(x - 1, 0)];
