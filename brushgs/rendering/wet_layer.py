@@ -44,7 +44,7 @@ WIDTHS = 1.0, 0.5, 0.25  # of `LOSS`
 CORE, NEAR_CORE = (0.86, 0.08), (0.03, 0.1)
 OPENED = 1.4  # how much of such a width is lost as a whole
 LIT = 0.8  # of parts thinner than all widths the side of the lamp is lost alone: base of its share
-STEEP = 2.83  # slope of blurred coverage over two pixels beside what is missing to 1, times the width
+STEEP = 2.83  # slope of blurred coverage over two pixels by what is missing to 0 or 1, times the width
 FROM_ABOVE = -0.57, -0.57  # direction to the lamp in pictures, where none is known
 ROOM_SOLID = 12.0  # see `Key`: a room has no holes, windows are strokes of little opacity
 # Holes in the paint of a room: reach of the colors that fill them, over the diagonal, and the share of paint
@@ -267,7 +267,7 @@ def _outlines(alpha: Array, loss: float, lamp: tuple[float, float]) -> Array:
         beside = np.pad(soft, 1, mode="edge")
         slope = lamp[0] * (beside[1:-1, 2:] - beside[1:-1, :-2])
         slope += lamp[1] * (beside[2:, 1:-1] - beside[:-2, 1:-1])
-        side = -np.clip(width * slope / (STEEP * (1 - soft) + 1e-3), -1, 1)
+        side = -np.clip(width * slope / (STEEP * np.minimum(soft, 1 - soft) + 1e-6), -1, 1)
         if share == WIDTHS[-1]:
             may_be = smoothstep(LIT + side)
         else:

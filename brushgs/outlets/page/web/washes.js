@@ -106,7 +106,7 @@ function outlines(solid, size, [right, down]) {
       const x = i % width, row = i - x, y = row / width;
       const across = soft[row + Math.min(x + 1, width - 1)] - soft[row + Math.max(x - 1, 0)];
       const along = soft[Math.min(y + 1, height - 1) * width + x] - soft[Math.max(y - 1, 0) * width + x];
-      const slope = (wide * (right * across + down * along)) / (steep * (1 - soft[i]) + 1e-3);
+      const slope = (wide * (right * across + down * along)) / (steep * Math.min(soft[i], 1 - soft[i]) + 1e-6);
       const side = -Math.min(1, Math.max(-1, slope));
       const mayBe = cores ? (cores[i] / Math.max(soft[i], 1e-6) - near) / nearRange : lit + side;
       const fade = smoothed(mayBe) * Math.min(opened * (1 - soft[i]), 0.5);
