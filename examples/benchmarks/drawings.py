@@ -4,8 +4,8 @@
 
 Pictures are those that `brushgs render SCENE --look LOOK --size 960x540` makes. L* is of CIELAB; the subject
 is what the plain picture covers by half. Squinting is a blur by 3.5 % of the shorter side.
-- charcoal: correlation of squinted L* of the drawing and of the plain picture over the subject, and the
-  squinted range of the drawing from its 5th to its 95th percentile.
+- charcoal: correlation of squinted L* of the drawing and of the plain picture over the subject, and over that
+  part of it which is painted; and the squinted range of the drawing from its 5th to its 95th percentile.
 - ink: median L* of the plain picture, share of what is drawn that is solid black, regions of black, median
   length of hatching in px, share of the middle tones within 6 px of hatching (middle is the fifth of the
   subject around that median), and share of the ink in flecks of less than 40 px^2.
@@ -95,13 +95,16 @@ class Drawing:
 
 
 def charcoal(drawing: Drawing) -> list[str]:
-    """Correlation and range."""
-    subject = drawing.subject
-    weight = np.maximum(squinted(subject.astype(float)), 1e-9)
-    light = drawing.lab[..., 0]
-    pairs = [(squinted(subject * one) / weight)[subject] for one in (drawing.plain, light)]
+    """Correlations and range."""
+    light, subject = drawing.lab[..., 0], drawing.subject
+
+    def correlation(part: Mask) -> str:
+        weight = np.maximum(squinted(part.astype(float)), 1e-9)
+        pairs = [(squinted(part * one) / weight)[part] for one in (drawing.plain, light)]
+        return f"{np.corrcoef(*pairs)[0, 1]:.2f}"
+
     seen = Squint.of(drawing.rgb, subject.astype(float))
-    return [f"{np.corrcoef(*pairs)[0, 1]:.2f}", f"{seen.range:.0f}"]
+    return [correlation(subject), correlation(subject & drawing.painted("masses")), f"{seen.range:.0f}"]
 
 
 def ink(drawing: Drawing) -> list[str]:
@@ -206,7 +209,7 @@ def can_draw_svg() -> bool:
 
 
 FIGURES: dict[str, tuple[Callable[[Drawing], list[str]], str]] = {
-    "charcoal": (charcoal, "correlation, range"),
+    "charcoal": (charcoal, "correlation, of strokes, range"),
     "ink": (
         lambda drawing: ink(drawing) + svg(drawing),
         "median L*, black, regions, hatch px, middle hatched, flecks, SVG dB, MB",

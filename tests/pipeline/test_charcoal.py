@@ -11,6 +11,7 @@ from brushgs.options.look_parts import ColorConfig
 from brushgs.options.media import Charcoal
 from brushgs.passes.color.squint import Squint, squinted
 from brushgs.pipeline.media.materials import Materials
+from brushgs.pipeline.media.motif import Motif
 from brushgs.pipeline.media.squinting import value_errors
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
@@ -118,3 +119,15 @@ def test_value_errors_are_what_masses_lack_to_a_line_of_those_of_the_scene():
     assert max(left, right) < 0
     opened, _ = value_errors(materials, [materials.smudge("as it is", scene)], 1.2 * found)
     assert opened[0] < opened[1] < -0.01 < opened[2]  # the darks get darker, the lights stay
+
+
+def test_a_lamp_leaves_the_scene_as_many_of_its_values_as_they_are_to_keep():
+    views, weight = plain_views(SCENE, [CAMERA]), np.ones((4, 8))
+    plain, lit = np.random.default_rng(0).random((2, 4, 8))
+    for key, least in ((0.35, 0.94), (0.7, 0.79)):
+        held = Motif.of(views, key, 1).held(lit, plain, weight)
+        assert least < np.corrcoef(held.ravel(), plain.ravel())[0, 1] < least + 0.02
+        np.testing.assert_allclose([held.mean(), held.std()], [lit.mean(), lit.std()])
+    np.testing.assert_array_equal(
+        Motif.of(views, 0.35, 1).held(plain + 1e-3 * lit, plain, weight), plain + 1e-3 * lit
+    )

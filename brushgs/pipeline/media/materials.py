@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
     from brushgs.brushes.texture import StrokeTexture
     from brushgs.passes.add.lines import Lines
+    from brushgs.pipeline.media.motif import Motif
     from brushgs.pipeline.media.sight import Sight
     from brushgs.values.arrays import F64
 
@@ -63,6 +64,7 @@ class Materials:
         sight: the views of the job; None if the medium does not look at them.
         towards: [3] unit vector toward the lamp, world axes; None if not known.
         is_bare: whether no stage lies behind the strokes.
+        motif: whose values a drawing keeps; None if strokes have others, or the medium does not look.
     """
 
     strokes: Gaussians
@@ -78,6 +80,7 @@ class Materials:
     sight: "Sight | None" = None
     towards: "F64 | None" = None
     is_bare: bool = False
+    motif: "Motif | None" = None
 
     @cached_property
     def paper(self) -> Color:

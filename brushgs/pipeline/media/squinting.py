@@ -14,6 +14,7 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
 from brushgs.rendering.visibility import painted_sums
 from brushgs.values.arrays import F64, Array
+from brushgs.values.frame import Frame
 
 MOST_OPENED = 1.5  # how far a drawing of too few values is opened at once
 SOLID = 0.5  # coverage of the pixels whose lights stay
@@ -26,7 +27,8 @@ def value_errors(materials: Materials, coats: Sequence[Coat], least: float) -> t
     Both the strokes as soft paint and the drawing are blurred as by `Squint`, over the strokes alone. The
     values to reach are a linear function of those of the strokes: mean and contrast stay those of the
     drawing, the order of its masses becomes that of the scene. Where the drawing on its paper has less than a
-    range, its darks get darker, at most `MOST_OPENED` times as far from its lights.
+    range, its darks get darker, at most `MOST_OPENED` times as far from its lights. What a lamp made of the
+    strokes keeps some of the values of the motif, see `Motif.held`.
 
     Args:
         materials: N strokes, and the views of the job.
@@ -41,7 +43,9 @@ def value_errors(materials: Materials, coats: Sequence[Coat], least: float) -> t
     options, paper = RenderOptions.of(kernel), np.asarray(materials.paper)
     missing, areas = np.zeros(len(strokes)), np.zeros(len(strokes))
     ranges: list[float] = []
-    for camera in some_small(materials.cameras, MOST_VIEWS, SIDE):
+    motif = materials.motif
+    cameras = materials.cameras if motif is None else motif.views.cameras
+    for row, camera in enumerate(some_small(cameras, MOST_VIEWS, SIDE)):
         boxes, _ = project_with(strokes, camera, options)
         plain, drawn = rasterize_with(boxes, camera, kernel, options), painting.frame(camera)
         opaque = drawn.rgb + (1 - drawn.alpha)[..., None] * paper
@@ -49,7 +53,11 @@ def value_errors(materials: Materials, coats: Sequence[Coat], least: float) -> t
         low, high = np.percentile(squinted(light), (LOW, HIGH))
         ranges.append(100 * float(high - low))
         opened = float(np.clip(least / max(ranges[-1], 1e-7), 1, MOST_OPENED))
-        away = _away(plain.alpha.astype(np.float64), _light(plain.straight_colors()), light, opened)
+        alpha = plain.alpha.astype(np.float64)
+        aim, found = (_values(alpha, own) for own in (_light(plain.straight_colors()), light))
+        if motif is not None:
+            aim = motif.held(aim, _values(alpha, _sampled(motif.views.frames[row], light.shape)), alpha)
+        away = _away(alpha, aim, found, opened)
         sums, shares = painted_sums(boxes, kernel, np.repeat(away[..., None], 3, axis=2), np.ones_like(away))
         add_rows(missing, boxes.ids, sums[:, 0].astype(np.float64))
         add_rows(areas, boxes.ids, shares.astype(np.float64))
@@ -62,10 +70,20 @@ def _light(rgb: Array) -> F64:
     return np.asarray(lab_of(inside.reshape(-1, 3))[:, 0].reshape(inside.shape[:2]) / 100)
 
 
-def _away(alpha: F64, plain: F64, drawn: F64, opened: float) -> F64:
-    """[H, W] what squinted values of the drawing lack to the line of those of the strokes, opened."""
-    weight = np.maximum(squinted(alpha), 1e-9)
-    aim, found = (squinted(alpha * light) / weight for light in (plain, drawn))
+def _sampled(frame: Frame, shape: tuple[int, ...]) -> F64:
+    """[h, w] L* / 100 of a picture of another size."""
+    sizes = zip(shape, frame.alpha.shape, strict=True)
+    places = (((np.arange(few) + 0.5) * many / few).astype(int) for few, many in sizes)
+    return _light(frame.straight_colors()[np.ix_(*places)])
+
+
+def _values(alpha: F64, light: F64) -> F64:
+    """[H, W] squinted lightness, over what is covered alone."""
+    return np.asarray(squinted(alpha * light) / np.maximum(squinted(alpha), 1e-9))
+
+
+def _away(alpha: F64, aim: F64, found: F64, opened: float) -> F64:
+    """[H, W] what squinted values of the drawing lack to the line of those to reach, opened."""
     total = max(float(alpha.sum()), 1e-9)
     own, mean = (float((alpha * values).sum()) / total for values in (aim, found))
     spread = float((alpha * (aim - own) ** 2).sum()) / total

@@ -193,19 +193,24 @@ def choosing(
 
 
 @anew
+def is_recolored(colors: Changes, palette: "Palette | None", regions: Regions | None) -> bool:
+    """Whether strokes get other colors than the scene has."""
+    return palette is not None or colors.are_any or (regions is not None and regions.recolors)
+
+
+@anew
 def changes(
     making: list[StrokePass],
     coloring: list[StrokePass],
     choosing: list[StrokePass],
     colors: Changes,
-    palette: "Palette | None",
-    regions: Regions | None,
+    is_recolored: bool,
     key: Key | None,
     skip: str | None,
 ) -> StrokeChanges:
     """All passes on strokes, while they are made and after."""
     lit = [] if key is None else [key.stroke_pass(skip=skip)]
-    if palette is None and not colors.are_any and (regions is None or not regions.recolors):
+    if not is_recolored:
         # A budget compares with the scene, so it must include them; but the scene has another light.
         return StrokeChanges([*making, *coloring, *choosing], Finish(lit), colors)
     # Lit first, so that light and shade take colors of the palette and the style.

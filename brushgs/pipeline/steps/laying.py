@@ -33,6 +33,7 @@ from brushgs.pipeline.make_strokes import StrokeMaker
 from brushgs.pipeline.maps import Property, reader_of, with_holds
 from brushgs.pipeline.media.materials import BACKDROP, Materials
 from brushgs.pipeline.media.media import cleared, coats_of
+from brushgs.pipeline.media.motif import Motif
 from brushgs.pipeline.media.sight import Sight
 from brushgs.pipeline.moving import Moving, attached, follow_strokes
 from brushgs.pipeline.overpaint import Overpainted, overpainted
@@ -149,6 +150,23 @@ def sight(
 
 
 @anew
+@unless(lambda media_config: None if media_config.kind == "charcoal" else "the medium keeps no values")
+def motif(
+    plain_views: "PlainViews | None",
+    is_recolored: bool,
+    is_path: bool,
+    lighting: LightConfig,
+    cameras: Sequence[Camera],
+) -> Motif | None:
+    """The pictures of the scene whose values a drawing keeps; None if it is not seen, or in other colors."""
+    if plain_views is None or is_recolored:
+        return None
+    from brushgs.cameras.around import MOST_OF_PATH
+
+    return Motif.of(plain_views, lighting.key, min(len(cameras), MOST_OF_PATH) if is_path else 1)
+
+
+@anew
 def materials(
     background: Background,
     strokes: Gaussians,
@@ -162,6 +180,7 @@ def materials(
     cameras: Sequence[Camera],
     sight: Sight | None,
     site: "Site | None",
+    motif: Motif | None,
 ) -> Materials:
     """The materials of the medium."""
     behind, config = shown_ground(colored_ground, background), painted_with
@@ -178,6 +197,7 @@ def materials(
         cameras,
         sight,
         None if site is None else site.towards,
+        motif=motif,
     )
 
 
