@@ -43,11 +43,12 @@ from examples.benchmarks.curves import SCENES as FILES_AND_FLAGS
 from examples.benchmarks.curves import placed
 from examples.benchmarks.machine import describe
 from examples.benchmarks.scenes import FOLDER, present
-from examples.benchmarks.strokes import markdown
+from examples.benchmarks.strokes import SCENES, markdown
 
 SIZE = "960x540"
 TUNED = "skull", "truck", "spinach", "koala", "campsite", "plant", "guitar"
-PICKED = *TUNED, *(scene for scene in FILES_AND_FLAGS if scene not in TUNED)
+FILES: dict[str, tuple[str | None, list[str]]] = {**FILES_AND_FLAGS, "still life": (None, [])}
+PICKED = *TUNED, *(scene for scene in FILES if scene not in TUNED)
 SAME, LOST = 2.5, 6.0  # CIELAB: what looks like the paper, and across a lost outline
 ACROSS = 4  # px from the outline to the places that are compared
 ROUNDS, TIMED = 30, ("koala", "truck", "spinach")  # of frames in turns
@@ -58,22 +59,12 @@ BESIDE, MARKED = 6, 0.1  # px from hatching, and how much darker than the ground
 class Drawing:
     """A drawing, and the plain picture of its scene in the same view."""
 
-    def __init__(self, scene: str, look: str, *more: str) -> None:
-        file, flags = FILES_AND_FLAGS[scene]
-        words = [
-            "render",
-            str(FOLDER / file),
-            *flags,
-            "--look",
-            look,
-            "--size",
-            SIZE,
-            "-o",
-            "drawing.png",
-            *more,
-        ]
-        args = parse(words)
-        self.source, self.config = scene_source(args), paint_config(args)
+    def __init__(self, scene: str, look: str) -> None:
+        file, flags = FILES[scene]
+        path = str(FOLDER / file) if file else "still_life.ply"
+        args = parse(["render", path, *flags, "--look", look, "--size", SIZE, "-o", "drawing.png"])
+        self.source = scene_source(args) if file else SCENES[scene].source()
+        self.config = paint_config(args)
         report = Report()
         self.found: Prepared = prepare(self.source, self.config, report, asks=(*PICTURE, "scene"))
         self.rgb: Array = np.clip(paint_view(self.found, report).over((1, 1, 1)), 0, 1)
@@ -235,14 +226,7 @@ def main() -> None:
         others = " ".join(look for look in FIGURES if look not in WITH_SVG)
         parser.error(f"CairoSVG draws the SVG files; pip install cairosvg, or give --looks {others}")
     print(describe(), flush=True)
-    scenes = present(asked.scenes or PICKED, {name: file for name, (file, _) in FILES_AND_FLAGS.items()})
-    if asked.frames:
-        table = [["scene", "oil, ms", "watercolour, ms", "watercolour / oil"]]
-        table += [[scene, *frames_of_oil(scene)] for scene in scenes if scene in TIMED]
-        print(*table, sep="\n")
-        if asked.page:
-            asked.page.write_text(placed(asked.page.read_text(), "frames", markdown(table)))
-        return
+    scenes = present(asked.scenes or PICKED, {name: file for name, (file, _) in FILES.items()})
     for look in asked.looks:
         measure, head = FIGURES[look]
         table = [["scene", *head.split(", ")]]

@@ -135,29 +135,34 @@ def tonal_marks(
         manner: how tone becomes marks.
         like: for the dtype.
         num_sigmas: half length of a box in standard deviations that the strokes will be drawn with.
-        is_left_out: [H, W] of each view, mask of pixels without marks; None for none.
+        is_left_out: [H, W] of each view, mask of pixels without marks; None for `seen_as_well`.
         seed: of the starting points of marks.
     """
     parts: list[_Points] = []
-    for number, view in enumerate(views):
-        spacing = _spacing(view, manner, None if is_left_out is None else is_left_out[number])
-        spacing[_is_seen_as_well(view, views[:number])] = 0
+    masks = seen_as_well(views) if is_left_out is None else is_left_out
+    for number, (view, mask) in enumerate(zip(views, masks, strict=True)):
+        spacing = _spacing(view, manner, mask)
         parts.append(_marks_in(view, spacing, manner, parts, np.random.default_rng([seed, number])))
     make = _dots if manner.is_round else _lines
     return make(_Points.joined(parts), manner, like, num_sigmas)
 
 
-def _spacing(view: TonalView, manner: Manner, is_left_out: Mask | None) -> F32:
+def seen_as_well(views: Sequence[TonalView]) -> list[Mask]:
+    """[H, W] of each view: pixels whose surface an earlier one shows about as large.
+
+    The marks of that one are enough there.
+    """
+    return [_is_seen_as_well(view, views[:number]) for number, view in enumerate(views)]
+
+
+def _spacing(view: TonalView, manner: Manner, is_left_out: Mask) -> F32:
     """[H, W] px of the view; 0 where there are no marks."""
     tones = view.tones
-    is_drawn = (tones.fine < manner.lightest) & np.isfinite(view.depth) & ~tones.is_jump
-    if is_left_out is not None:
-        is_drawn &= ~is_left_out
+    is_drawn = (tones.fine < manner.lightest) & np.isfinite(view.depth) & ~tones.is_jump & ~is_left_out
     return np.where(is_drawn, tones.scale * manner.spacings(tones.fine), 0).astype(np.float32)
 
 
 def _is_seen_as_well(view: TonalView, earlier: Sequence[TonalView]) -> Mask:
-    """[H, W] pixels whose surface an earlier view shows about as large: its marks are enough."""
     shape = view.depth.shape
     depth = view.depth[::STRIDE, ::STRIDE]
     places = np.nonzero(np.isfinite(depth))

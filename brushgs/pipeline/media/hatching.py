@@ -7,7 +7,7 @@ import numpy as np
 
 from brushgs.brushes.soft import pen_brush
 from brushgs.options.media import Hatching, TonalMedium
-from brushgs.passes.add.tonal_marks import Manner
+from brushgs.passes.add.tonal_marks import Manner, seen_as_well
 from brushgs.pipeline.media.materials import BACKDROP, Materials, numbers_of
 from brushgs.pipeline.media.tonal import ground_coat, keyed_tones, marks_coat, views_of, weighed_lines
 from brushgs.rendering.coat import Coat
@@ -37,7 +37,8 @@ def hatching_coats(
     materials: Materials, views: "list[TonalView]", masks: "list[Mask] | None" = None
 ) -> list[Coat]:
     """The coats of lines on surfaces, without those in masks of the views."""
-    media = numbers_of(Hatching, materials)
+    media, seen = numbers_of(Hatching, materials), seen_as_well(views)
+    masks = seen if masks is None else [mask | own for mask, own in zip(masks, seen, strict=True)]
     darkest = min(DARKEST, media.lightest - 0.01)
     plain = Manner(darkest, media.lightest, media.spacing, media.width, media.length)
     coats = marks_coat("hatching", materials, views, plain, is_left_out=masks, dry=media.dry, seed=1)
