@@ -7,7 +7,7 @@ is what the plain picture covers by half. Squinting is a blur by 3.5 % of the sh
 - charcoal: correlation of squinted L* of the drawing and of the plain picture over the subject, and over that
   part of it which is painted; and the squinted range of the drawing from its 5th to its 95th percentile.
 - ink: median L* of the plain picture, share of what is drawn that is solid black, regions of black, median
-  length of hatching in px, share of the middle tones within 6 px of hatching (middle is the fifth of the
+  length of drawn hatching in px, share of the middle tones within 6 px of hatching (middle is the fifth of the
   subject around that median), and share of the ink in flecks of less than 40 px^2.
 - watercolour: share of the picture that is within 2.5 (CIELAB) of its paper, the darkest 2 % in L*, and the
   lost share of the outline: within 6 across 4 px to both sides.
@@ -51,8 +51,7 @@ FILES: dict[str, tuple[str | None, list[str]]] = {**FILES_AND_FLAGS, "still life
 PICKED = *TUNED, *(scene for scene in FILES if scene not in TUNED)
 SAME, LOST = 2.5, 6.0  # CIELAB: what looks like the paper, and across a lost outline
 ACROSS = 4  # px from the outline to the places that are compared
-ROUNDS, TIMED = 30, ("koala", "truck", "spinach")  # of frames in turns
-FLECK = 40  # px^2
+FLECK, DRAWN = 40, 0.01  # px^2, and opacity of a piece that can be seen
 BESIDE, MARKED = 6, 0.1  # px from hatching, and how much darker than the ground its pixels are
 
 
@@ -116,8 +115,9 @@ def ink(drawing: Drawing) -> list[str]:
     flecks = areas[areas < FLECK].sum() / max(areas.sum(), 1)
     lengths = np.zeros(0)
     if (coat := coats.get("hatching")) is not None and coat.chains is not None:
-        boxes = coat.boxes(camera)[0]
-        own = np.bincount(coat.chains[boxes.ids], 2 * boxes.half_extents[:, 0])
+        boxes = coat.boxes(camera)[0]  # those that the view leaves out as too dense are there, but not drawn
+        lengths = 2 * boxes.half_extents[:, 0] * (boxes.opacities > DRAWN)
+        own = np.bincount(coat.chains[boxes.ids], lengths)
         lengths = own[own > 0]
     hatch = f"{np.median(lengths):.0f}" if len(lengths) else "-"
     low, median, high = np.percentile(drawing.plain[drawing.subject], (40, 50, 60))
