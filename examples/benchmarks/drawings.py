@@ -7,8 +7,8 @@ is what the plain picture covers by half. Squinting is a blur by 3.5 % of the sh
 - charcoal: correlation of squinted L* of the drawing and of the plain picture over the subject, and over that
   part of it which is painted; and the squinted range of the drawing from its 5th to its 95th percentile.
 - ink: median L* of the plain picture, share of what is drawn that is solid black, regions of black, median
-  length of drawn hatching in px, share of the middle tones within 6 px of hatching (middle is the fifth of the
-  subject around that median), and share of the ink in flecks of less than 40 px^2.
+  length of the hatching that is drawn, in px, share of the middle tones within 6 px of hatching (middle is
+  the fifth of the subject around that median), and share of the ink in flecks of less than 40 px^2.
 - watercolour: share of the picture that is within 2.5 (CIELAB) of its paper, the darkest 2 % in L*, and the
   lost share of the outline: within 6 across 4 px to both sides.
 - watercolour, with --frames: median milliseconds of a frame, 1280 x 720, beside oil with 6000 strokes; 30

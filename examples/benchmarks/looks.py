@@ -311,6 +311,7 @@ def orbit_table(scenes: list[str]) -> list[list[str]]:
         ("skull", "watercolour"),
         ("truck", "ink"),
         ("skull", "ink"),
+        ("koala", "ink"),
     ):
         if scene in scenes:
             table.append(orbit_row(look, scene))

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from brushgs.values.arrays import Mask
 
 DARKEST = 0.15  # tone from which on spacing grows
+INK_WIDTH = 1.6  # px of lines whose shadow is as dark as `HATCHING` says
 CROSS_TURN = np.radians(68.0)
 CROSS_SHORTEST = 22.0  # px of a picture of `PIXELS`: what crosses others never stands alone
 
@@ -51,10 +52,15 @@ def hatching_coats(
 
 
 def stage(materials: Materials, staging: "Staging") -> Coat:
-    """A stage in a few lines of the edge of the table, and a hatched shadow."""
+    """A stage in a few lines of the edge of the table, and a hatched shadow, lighter where lines are thin."""
     from brushgs.passes.add.stage_marks import HATCHING
 
-    strokes = Gaussians.joined([staging.shadow(HATCHING), staging.table_edge()])
-    strokes = in_colors(strokes, rgb_of(numbers_of(TonalMedium, materials).color))
+    media = numbers_of(TonalMedium, materials)
+    thin = min(media.line_width / INK_WIDTH, 1.0)
+    aspect, spacing = HATCHING.aspect / thin, HATCHING.spacing / thin**2  # in widths
+    shadow = staging.shadow(replace(HATCHING, aspect=aspect, spacing=spacing))
+    strokes = in_colors(Gaussians.joined([shadow, staging.table_edge()]), rgb_of(media.color))
     pen = pen_brush()
-    return Coat(BACKDROP, replace(strokes, brushes=None), pen, materials.options.for_marks(pen))
+    least = (media.line_width / 4) ** 2  # px^2, a box has 4 sigmas: at a slant, lines are as wide as others
+    options = replace(materials.options.for_marks(pen), low_pass=least)
+    return Coat(BACKDROP, replace(strokes, brushes=None), pen, options, dry=media.line_dry)
