@@ -14,6 +14,7 @@ is what the plain picture covers by half. Squinting is a blur by 3.5 % of the sh
 - watercolour, with --frames: median milliseconds of a frame, 1280 x 720, beside oil with 6000 strokes; 30
   rounds in turns, median and quartiles of the ratio.
 - ink, hatching, stippling: PSNR in dB of the SVG, drawn by CairoSVG, to the picture, and its size.
+The page also gets a table of the aims, by all its tables; `--looks` without any makes this one alone.
 """
 
 import argparse
@@ -210,6 +211,46 @@ FIGURES: dict[str, tuple[Callable[[Drawing], list[str]], str]] = {
     "stippling": (svg, "SVG dB, MB"),
 }
 WITH_SVG = {"ink", "hatching", "stippling"}
+AIMS = (  # look, column, and its least and most
+    ("charcoal", "of strokes", 0.9, None),
+    ("charcoal", "range", 40, None),
+    ("watercolour", "paper", 8, None),
+    ("watercolour", "darkest 2 % L*", None, 25),
+    ("watercolour", "of strokes", 25, 40),
+    ("ink", "black", 12, 22),
+    ("ink", "regions", None, 25),
+    ("ink", "hatch px", 20, None),
+    ("ink", "flecks", None, 1),
+    *(
+        (look, column, *ends)
+        for look in sorted(WITH_SVG)
+        for column, *ends in (("SVG dB", 30, None), ("MB", None, 5))
+    ),
+)
+MEDIAN, MIDDLE = "median L*", (30, 70)  # aims of ink alone are for scenes in between
+
+
+def aims(page: str) -> list[list[str]]:
+    """How many scenes of the tables of a page meet each aim, and which miss it by how much."""
+    found = [["aim", "met by", "missed by"]]
+    for look, column, least, most in AIMS:
+        block = page.split(f"<!-- {look} -->")[1].split(f"<!-- end of {look} -->")[0]
+        head, _, *lines = (
+            [cell.strip() for cell in line.split("|")[1:-1]] for line in block.split("\n")[1:-1]
+        )
+        rows = [dict(zip(head, line, strict=True)) for line in lines]
+        if MEDIAN in head and column not in ("SVG dB", "MB"):
+            rows = [row for row in rows if MIDDLE[0] <= float(row[MEDIAN]) <= MIDDLE[1]]
+        values = {row["scene"]: float(row[column].rstrip("%")) for row in rows if row[column] != "-"}
+        missing = {
+            scene: max((least or value) - value, value - (most or value)) for scene, value in values.items()
+        }
+        missed = [f"{scene} by {by:.2g}" for scene, by in missing.items() if by > 0]
+        aim = " to ".join(f"{end:g}" for end in (least, most) if end is not None)
+        bound = "" if least and most else "at least " if least else "at most "
+        met = f"{len(values) - len(missed)} of {len(values)}"
+        found.append([f"{look}: {column} {bound}{aim}", met, ", ".join(missed) or "-"])
+    return found
 
 
 def main() -> None:
@@ -239,6 +280,9 @@ def main() -> None:
                 bg.save(bg.Frame(drawing.rgb, opaque, None), asked.pictures / f"{scene}-{look}.png")
         if asked.page:
             asked.page.write_text(placed(asked.page.read_text(), look, markdown(table)))
+    if asked.page:
+        page = asked.page.read_text()
+        asked.page.write_text(placed(page, "aims", markdown(aims(page))))
 
 
 if __name__ == "__main__":
