@@ -117,8 +117,8 @@ def ink(drawing: Drawing) -> list[str]:
     lengths = np.zeros(0)
     if (coat := coats.get("hatching")) is not None and coat.chains is not None:
         boxes = coat.boxes(camera)[0]  # those that the view leaves out as too dense are there, but not drawn
-        lengths = 2 * boxes.half_extents[:, 0] * (boxes.opacities > DRAWN)
-        own = np.bincount(coat.chains[boxes.ids], lengths)
+        drawn = boxes.half_extents[:, 0] * (boxes.opacities > DRAWN)
+        own = np.bincount(coat.chains[boxes.ids], 2 * drawn)
         lengths = own[own > 0]
     hatch = f"{np.median(lengths):.0f}" if len(lengths) else "-"
     low, median, high = np.percentile(drawing.plain[drawing.subject], (40, 50, 60))
@@ -211,7 +211,7 @@ FIGURES: dict[str, tuple[Callable[[Drawing], list[str]], str]] = {
     "stippling": (svg, "SVG dB, MB"),
 }
 WITH_SVG = {"ink", "hatching", "stippling"}
-AIMS = (  # look, column, and its least and most
+AIMS: tuple[tuple[str, str, float | None, float | None], ...] = (  # look, column, and its least and most
     ("charcoal", "of strokes", 0.9, None),
     ("charcoal", "range", 40, None),
     ("watercolour", "paper", 8, None),
@@ -221,11 +221,8 @@ AIMS = (  # look, column, and its least and most
     ("ink", "regions", None, 25),
     ("ink", "hatch px", 20, None),
     ("ink", "flecks", None, 1),
-    *(
-        (look, column, *ends)
-        for look in sorted(WITH_SVG)
-        for column, *ends in (("SVG dB", 30, None), ("MB", None, 5))
-    ),
+    *((look, "SVG dB", 30, None) for look in ("ink", "hatching", "stippling")),
+    *((look, "MB", None, 5) for look in ("ink", "hatching", "stippling")),
 )
 MEDIAN, MIDDLE = "median L*", (30, 70)  # aims of ink alone are for scenes in between
 
@@ -235,9 +232,8 @@ def aims(page: str) -> list[list[str]]:
     found = [["aim", "met by", "missed by"]]
     for look, column, least, most in AIMS:
         block = page.split(f"<!-- {look} -->")[1].split(f"<!-- end of {look} -->")[0]
-        head, _, *lines = (
-            [cell.strip() for cell in line.split("|")[1:-1]] for line in block.split("\n")[1:-1]
-        )
+        written = block.strip().split("\n")
+        head, _, *lines = ([cell.strip() for cell in line.split("|")[1:-1]] for line in written)
         rows = [dict(zip(head, line, strict=True)) for line in lines]
         if MEDIAN in head and column not in ("SVG dB", "MB"):
             rows = [row for row in rows if MIDDLE[0] <= float(row[MEDIAN]) <= MIDDLE[1]]
