@@ -7,21 +7,30 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from brushgs.brushes.soft import pen_brush
+from brushgs.cameras.framing import frame_scene, plain_first_view
+from brushgs.options.look import Look
 from brushgs.options.where import Where, WhereConfig
 from brushgs.outlets.glb.write import omitted
+from brushgs.passes.add.stage_paint import Brushwork
 from brushgs.passes.add.tonal_view import TonalView
 from brushgs.pipeline.media.flecks import without_flecks
+from brushgs.pipeline.media.hatching import stage
 from brushgs.pipeline.media.ink import lightness_in_space
+from brushgs.pipeline.media.materials import Materials
+from brushgs.pipeline.media.staging import Staging
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.effect import without_effect
+from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.tonal import Tones
 from brushgs.still_life import still_life_camera
 from brushgs.values.camera import Camera
 from brushgs.values.sh import base_colors
 from tests.kit.configs import blind
 from tests.kit.for_each import for_each
+from tests.passes.add.test_stage import crate, stage_of
 from tests.scenes import still_life_of
 
 LOOKS = "ink", "hatching", "stippling"
@@ -153,3 +162,17 @@ def test_blacks_of_films_are_those_of_most_views_and_of_what_is_near_where_none_
     np.testing.assert_allclose(lightness, [0, 0, 0.83, 0.83, 0, 0.83], atol=0.02)
     unseen = lightness_in_space(strokes.take(np.arange(4, 6)), list(views), list(masks))
     assert unseen.tolist() == [1, 1], "no view shows any"
+
+
+def test_the_shadow_of_a_stage_is_as_light_as_the_pen_of_its_drawing():
+    scene, painted = crate(), []
+    camera = frame_scene(plain_first_view(scene), width=960, height=540)
+    staging = Staging(stage_of(scene), Brushwork(), [camera], lambda strokes: strokes, 0)
+    for look in LOOKS:
+        config = Look.open(look).config
+        pen = pen_brush()
+        materials = Materials(scene, pen, RenderOptions.of(pen), config.media, config.color, None)
+        painted.append(float(Painting.alone([stage(materials, staging)]).frame(camera).alpha.sum()))
+    ink, hatching, stippling = painted
+    assert 0.4 * ink < hatching < 0.7 * ink
+    assert 0.6 * hatching < stippling < hatching
