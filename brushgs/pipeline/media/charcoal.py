@@ -14,6 +14,7 @@ import numpy as np
 from brushgs.cameras.framing import weighted_quantiles
 from brushgs.options.media import Charcoal
 from brushgs.passes.color.squint import Squint
+from brushgs.passes.neighbours import nearest
 from brushgs.passes.seen import some_small
 from brushgs.pipeline.media.materials import (
     BACKDROP,
@@ -56,6 +57,7 @@ CORRECTIONS, CORRECTED = 2, 0.8  # of values by squinting, and the share of an e
 # Range of values, L*, of strokes below which corrections open them, before a stage and without; and the most
 # corrections without a stage, which would open them further.
 OPENED, OPENED_ALONE, MOST_CORRECTIONS = 42.0, 52.0, 4
+BESIDE_LINES = 8  # strokes near a line, of which one must be solid
 COUNTERED = 0.75  # darkness that counterchange adds and takes
 STAGE, STAGE_BORDER = 1.5, 0.1  # darkness of the masses around a subject, and their margin in the picture
 LIGHTEST_STAGE, DARKEST_STAGE = 0.2, 0.8  # share of a stage that stays light, and its darkest share of black
@@ -162,14 +164,17 @@ def _quantiles(tone: F64, areas: F64, shares: tuple[float, ...]) -> F64:
 
 
 def _lines(materials: Materials, tone: F64) -> list[Coat]:
-    """The coat of lines, on the dark side only."""
+    """The coat of lines, on the dark side only, and none around ground that fades into a stage."""
     from brushgs.passes.add.line_press import pressed
 
-    media = numbers_of(Charcoal, materials)
-    if materials.lines is None:
+    media, strokes = numbers_of(Charcoal, materials), materials.strokes
+    if materials.lines is None or len(strokes) == 0:
         return []
-    lines = pressed(materials.lines, materials.strokes, tone)
-    drawn = replace(materials, lines=lines)
+    lines = pressed(materials.lines, strokes, tone)
+    _, near = nearest(strokes.means, lines.strokes.means, min(BESIDE_LINES, len(strokes)))
+    opacities = lines.strokes.opacities * materials.solidity[near].max(axis=1, initial=0)
+    faded = replace(lines.strokes, opacities=opacities.astype(strokes.opacities.dtype))
+    drawn = replace(materials, lines=replace(lines, strokes=faded))
     return drawn.line_coat(rgb_of(media.line_color), opacity=media.lines, dry=media.line_dry)
 
 
