@@ -190,7 +190,7 @@ def _finished(strokes: Gaussians, *, setting: Setting, has_colors: bool, seed: i
         strokes = _recolored(strokes, setting.colors)
     if len(setting.kit.images) > 1:
         strokes = choose_brushes(strokes, setting.kit, seed=seed)
-        for change in style_brush_passes(setting.styles, setting.kit, seed=seed):
+        for change in style_brush_passes(setting.styles, setting.kit, seed=seed, is_stage=True):
             strokes = change(strokes)
     return strokes
 

@@ -274,8 +274,15 @@ def brush_color_pass(brushes: "BrushSet") -> StrokePass:
     return StrokePass("stroke color", "in the colors of their brushes", colored)
 
 
-def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> list[StrokePass]:
-    """The passes that give strokes the brushes of styles and the marks of their dictionaries."""
+def style_brush_passes(
+    styles: Styles | None, kit: "BrushKit", *, seed: int, is_stage: bool = False
+) -> list[StrokePass]:
+    """The passes that give strokes the brushes of styles and the marks of their dictionaries.
+
+    On a subject marks of paint yield to its detail. A print has few kinds of marks, and a stage no detail.
+    """
+    from brushgs.passes.style.choose_marks import Choice
+
     if styles is None or not any(styles.brushes) or not kit.styled:
         return []
     row_of = {image: row for row, image in enumerate(kit.images)}
@@ -287,7 +294,8 @@ def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> 
         if style.marks is not None and style.marks.dictionary is not None:
             marks = style.marks.dictionary.first(len(rows))
             flat = marks.calmest(1 - BUSY_OF_PRINT * style.flatness)
-            own.append((marks.at(flat), rows[flat], share))
+            yields = 0.0 if is_stage else 1 - style.flatness
+            own.append(Choice(marks.at(flat), rows[flat], share, yields))
         else:
             plain.append((rows, share))
 
@@ -298,7 +306,7 @@ def style_brush_passes(styles: Styles | None, kit: "BrushKit", *, seed: int) -> 
         return choose_marks(mix_brushes(strokes, plain, seed=seed), own, first=by_chance, seed=seed)
 
     by_chance = sum(share for _, share in plain)
-    total = by_chance + sum(share for _, _, share in own)
-    num = sum(len(rows) for rows, _ in plain) + sum(len(rows) for _, rows, _ in own)
+    total = by_chance + sum(one.share for one in own)
+    num = sum(len(rows) for rows, _ in plain) + sum(len(one.rows) for one in own)
     how = "by color and contrast" if own else "by chance"
     return [StrokePass("style brushes", f"{how} of {num} brushes, {total:.0%}", mixed)]

@@ -102,15 +102,14 @@ def _way(found: Lightness, sign: float) -> tuple[float, float]:
 def lightened(strokes: Gaussians, step: float, rows: Mask | None = None) -> Gaussians:
     """Strokes, or some rows of them, changed by a step of OKLab lightness; hue and approximate purity stay.
 
-    Upward the step shrinks for strokes lighter than the mean, downward for darker ones, so that white and
-    black stay.
+    The step is that of the mean and shrinks toward black and white, which stay: a subject keeps its depths.
     """
     rgb = base_colors(strokes.sh).astype(np.float64)
     lab = oklab_of(np.clip(rgb, 0, 1))
     before = lab[:, :1].copy()
     mean = float(np.clip(before.mean() if rows is None else before[rows].mean(), 0.05, 0.95))
-    room = (1 - before) / (1 - mean) if step > 0 else before / mean
-    after = np.clip(before + step * np.minimum(room, 1), 0, 1)
+    room = np.minimum(before / mean, (1 - before) / (1 - mean))
+    after = np.clip(before + step * room, 0, 1)
     lab[:, 1:] *= np.clip(after / np.maximum(before, 1e-3), 0.5, 1.5)
     lab[:, :1] = after
     shifts = np.clip(rgb_of_oklab(lab), 0, 1) - rgb

@@ -2,12 +2,14 @@
 
 A mark laid in a color near its own keeps its bristles. Contrast is matched by rank: the calmest places of a
 scene get the calmest marks of the painting, the busiest places its broken marks. Where a scene is busier than
-the painting at the same rank, strokes move toward the mean color around them. The choice is made once, from
-strokes in space: a stroke keeps its mark in every view.
+the painting at the same rank, strokes move toward the mean color around them. Marks of a subject yield to its
+own detail: marks and detail together have the contrast of the painting, so busy places get calm marks. The
+choice is made once, from strokes in space: a stroke keeps its mark in every view.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +29,25 @@ OF_CONTRAST = 4.0  # weight of contrast relative to color
 TAKES, WHICH = 5, 6  # indices of random draws, see `chances`
 
 
+class Choice(NamedTuple):
+    """Marks that strokes may take.
+
+    Attributes:
+        marks: of a painting.
+        rows: of its marks in the brush set.
+        share: of the strokes that take one, 0 to 1.
+        yields: how far marks leave contrast to the detail of the scene, 0 to 1.
+    """
+
+    marks: MarkDictionary
+    rows: NDArray[np.integer]
+    share: float
+    yields: float = 0.0
+
+
 def choose_marks(
     strokes: Gaussians,
-    choices: Sequence[tuple[MarkDictionary, NDArray[np.uint8], float]],
+    choices: Sequence[Choice],
     *,
     first: float = 0.0,
     seed: int = 0,
@@ -42,8 +60,7 @@ def choose_marks(
     Args:
         strokes: k strokes in their final colors; if they have no brushes, their own brush is row 0 of the
             set.
-        choices: dictionaries, the rows of their marks in the brush set, and the share of strokes that take
-            one of them: each 0 to 1, in sum at most 1.
+        choices: with shares of at most 1 in sum.
         first: share of strokes to leave alone, because they already have brushes of other styles.
         seed: 0 to 2^32 - 1.
 
@@ -51,7 +68,7 @@ def choose_marks(
         The strokes with new `brushes`, and calmer colors where the painting is calmer than the scene; the
         input itself if all shares are 0.
     """
-    if not len(strokes) or all(share == 0 for _, _, share in choices):
+    if not len(strokes) or all(one.share == 0 for one in choices):
         return strokes
     takes, which = (chances(strokes.means, seed, draw) for draw in (TAKES, WHICH))
     lab = oklab_of(np.clip(base_colors(strokes.sh), 0, 1))
@@ -61,11 +78,13 @@ def choose_marks(
     typical = max(float(contrasts.mean()), least)
     brushes = np.zeros(len(strokes), np.uint8) if strokes.brushes is None else strokes.brushes.copy()
     kept = np.ones(len(strokes))
-    for marks, rows, share in choices:
+    for marks, rows, share, yields in choices:
         chosen = np.flatnonzero((takes >= first) & (takes < first + share))
         factors, own = marks.factors_at(ranks[chosen]), contrasts[chosen] / typical
         # Squared contrasts within marks and between marks add up; on average both are equal.
-        within = np.sqrt(np.maximum(2 * factors**2 - own**2, 0)) * marks.mean_contrast
+        both = 2 * (factors * marks.mean_contrast) ** 2
+        between = (1 - yields) * own * marks.mean_contrast + yields * contrasts[chosen]
+        within = np.sqrt(np.maximum(both - between**2, 0))
         best = _most_like(marks, lab[chosen], within)
         pick = (which[chosen] * best.shape[1]).astype(np.intp)
         brushes[chosen] = np.asarray(rows, np.uint8)[best[np.arange(len(best)), pick]]

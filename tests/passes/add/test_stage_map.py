@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from brushgs.cameras.framing import frame_scene, plain_first_view
-from brushgs.passes.add.set_off import set_off
+from brushgs.passes.add.set_off import lightened, set_off
 from brushgs.passes.add.stage import painted_stage
 from brushgs.passes.add.stage_map import Manner, Part, layout_of, map_contrasts
 from brushgs.passes.add.stage_paint import Brushwork
@@ -14,7 +14,7 @@ from brushgs.passes.add.stage_surface import Spots
 from brushgs.rendering.plain import plain_views
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.quats import rotation_matrices
-from brushgs.values.sh import base_colors
+from brushgs.values.sh import base_colors, in_colors
 from brushgs.values.style import MarkDictionary, StyleStage
 from tests.kit.for_each import for_each
 from tests.passes.add.test_stage import SIZE, crate, stage_of
@@ -93,6 +93,15 @@ def test_strokes_differ_where_the_map_is_busy_and_hardly_where_it_is_calm():
     calm, busy = map_contrasts(one, layout, stage.surface, spots)
     assert calm < 0.2
     assert busy == pytest.approx(1)
+
+
+@for_each("step", [-0.2, 0.2])
+def test_black_and_white_stay_where_a_subject_gets_another_lightness(step):
+    values = np.array([0.0, 0.2, 0.5, 0.8, 1.0])
+    strokes = crate((0.5, 0.5, 0.5)).take(np.arange(5))
+    strokes = in_colors(strokes, np.clip(rgb_of_oklab(np.outer(values, (1, 0, 0))), 0, 1))
+    found = oklab_of(np.clip(base_colors(lightened(strokes, step).sh), 0, 1).astype(float))[:, 0]
+    np.testing.assert_allclose(found - values, step * np.array([0, 0.4, 1, 0.4, 0]), atol=2e-3)
 
 
 @for_each("lightness", [0.1, 0.5, 0.9])

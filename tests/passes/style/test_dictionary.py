@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from brushgs.brushes.of_style import mark_texture
-from brushgs.passes.style.choose_marks import choose_marks
+from brushgs.passes.style.choose_marks import Choice, choose_marks
 from brushgs.passes.style.marks import learn_marks
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.sh import base_colors, in_colors
@@ -65,7 +65,7 @@ def dictionary(colors, steps=0):
 def test_strokes_take_marks_of_their_color_and_keep_them():
     strokes = random_gaussians(300, seed=2)
     colors = np.random.default_rng(0).random((40, 3))
-    choice = [(dictionary(colors), np.arange(40, dtype=np.uint8), 1.0)]
+    choice = [Choice(dictionary(colors), np.arange(40, dtype=np.uint8), 1.0)]
     chosen = choose_marks(strokes, choice)
     rgb = np.clip(base_colors(strokes.sh), 0, 1)
     away = np.linalg.norm(oklab_of(rgb)[:, None] - oklab_of(colors), axis=2)
@@ -87,11 +87,20 @@ def half_calm(num=400):
 def test_calm_places_take_calm_marks_and_busy_ones_busy_marks():
     strokes, is_calm = half_calm()
     steps = np.repeat((1, 30), 20)
-    chosen = choose_marks(strokes, [(dictionary(np.full((40, 3), 0.5), steps), np.arange(40), 1.0)])
+    chosen = choose_marks(strokes, [Choice(dictionary(np.full((40, 3), 0.5), steps), np.arange(40), 1.0)])
     assert (steps[chosen.brushes[is_calm]] == 1).mean() > 0.95
     light = oklab_of(base_colors(strokes.sh))[:, 0], oklab_of(base_colors(chosen.sh))[:, 0]
     assert light[1][is_calm].std() < 0.7 * light[0][is_calm].std()
     np.testing.assert_allclose(light[1][~is_calm], light[0][~is_calm], atol=1e-5)
+
+
+def test_marks_leave_contrast_to_the_detail_of_a_subject():
+    strokes, is_calm = half_calm()
+    steps = np.repeat((1, 12), 20)
+    choice = Choice(dictionary(np.full((40, 3), 0.5), steps), np.arange(40), 1.0, yields=1.0)
+    chosen = steps[choose_marks(strokes, [choice]).brushes]
+    assert (chosen[~is_calm] == 1).mean() > 0.9
+    assert (steps[choose_marks(strokes, [choice._replace(yields=0.0)]).brushes][~is_calm] == 12).mean() > 0.6
 
 
 def test_as_a_share_grows_strokes_take_marks_and_none_gives_them_back():
@@ -99,7 +108,7 @@ def test_as_a_share_grows_strokes_take_marks_and_none_gives_them_back():
     strokes = replace(strokes, brushes=np.zeros(300, np.uint8))
     marks = dictionary(np.random.default_rng(0).random((9, 3)))
     rows = np.arange(1, 10, dtype=np.uint8)
-    none, some, most = (choose_marks(strokes, [(marks, rows, share)]) for share in (0.0, 0.3, 0.8))
+    none, some, most = (choose_marks(strokes, [Choice(marks, rows, share)]) for share in (0.0, 0.3, 0.8))
     assert none is strokes
     taken = some.brushes > 0
     assert 0.2 < taken.mean() < 0.4
