@@ -38,6 +38,7 @@ from brushgs.options.choices import Filter, Order, ViewLock
 from brushgs.rendering.backward import (
     BOX_COLUMNS,
     BoxGradients,
+    FrameGradients,
     project_backward,
     rasterize_backward,
 )
@@ -483,14 +484,14 @@ class _Rasterize(torch.autograd.Function):  # type: ignore[misc]
             ctx.boxes,
             ctx.brush_set,
             ctx.frame,
-            np.zeros_like(ctx.frame.rgb) if v_rgb is None else v_rgb,
-            v_alpha,
-            dict(zip(LAYER_COLUMNS, v_layers, strict=True)),
+            FrameGradients(
+                np.zeros_like(ctx.frame.rgb) if v_rgb is None else v_rgb,
+                v_alpha,
+                dict(zip(LAYER_COLUMNS, v_layers, strict=True)),
+            ),
+            RasterOptions(**ctx.options),
             with_coverage=any(needs_coverages),
             trace=ctx.trace,
-            **{
-                name: value for name, value in ctx.options.items() if name not in ("height", "width", "depth")
-            },
         )
         by_column = (getattr(found, name) for name in BOX_COLUMNS)
         by_coverage = found.coverages or [None] * len(needs_coverages)

@@ -8,20 +8,19 @@ forward pass but its arguments and results, and optionally a `Trace` of the pixe
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from brushgs.brushes.brush_set import Brush, BrushSet
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
-from brushgs.options.choices import Filter
-from brushgs.rendering.constants import MIN_TRANSMITTANCE
 from brushgs.rendering.project import ProjectOptions
-from brushgs.rendering.rasterize import Trace, box_arrays
+from brushgs.rendering.rasterize import RasterOptions, Trace, box_arrays
 from brushgs.rendering.streaks import check_streaks, streak_arguments, streak_slopes
 from brushgs.rendering.texture_levels import coverage_gradients, kernel_of, levels_for
-from brushgs.rendering.underpaint import Underpaint, underpaint_arguments
+from brushgs.rendering.underpaint import underpaint_arguments
 from brushgs.values.arrays import F64, Array
 from brushgs.values.boxes import LAYER_COLUMNS, Boxes
 from brushgs.values.camera import Camera
@@ -108,20 +107,22 @@ def project_backward(
     return GaussianGradients(**gradients)
 
 
+class FrameGradients(NamedTuple):
+    """Gradients by a frame [H, W], in the dtype of the boxes and C-contiguous; None for zeros."""
+
+    rgb: Array  # [H, W, 3]
+    alpha: Array | None = None
+    layers: Mapping[str, Array | None] = MappingProxyType({})  # by name; a missing one is zeros
+
+
 def rasterize_backward(
     boxes: Boxes,
     texture: Brush,
     frame: Frame,
-    v_rgb: Array,
-    v_alpha: Array | None = None,
-    v_layers: Mapping[str, Array | None] | None = None,
+    v_frame: FrameGradients,
+    options: RasterOptions,
     *,
-    filter: Filter = "mip",
-    underpaint: Underpaint | None = None,
-    streaks: float = 0.0,
-    min_transmittance: float = MIN_TRANSMITTANCE,
     with_coverage: bool = False,
-    num_threads: int | None = None,
     trace: Trace | None = None,
 ) -> BoxGradients:
     """Gradients of `rasterize` by the boxes.
@@ -130,15 +131,10 @@ def rasterize_backward(
         boxes: M strokes without softness, as painted.
         texture: as painted with.
         frame: the result.
-        v_rgb: [H, W, 3] in the dtype of the boxes, C-contiguous like the others.
-        v_alpha: [H, W] or None for zeros.
-        v_layers: layer name -> gradient; None or missing for zeros.
-        filter: as painted with.
-        underpaint: as painted with; a box gets the sum for stroke and underpaint, its setback no gradient.
-        streaks: as painted with.
-        min_transmittance: as painted with.
+        v_frame: the gradient by it.
+        options: as painted with, but neither glazed nor with a depth test. A box gets the sum for stroke and
+            underpaint, its setback no gradient. The result does not depend on the number of threads.
         with_coverage: whether to compute the gradients by the coverage of each brush.
-        num_threads: None takes the processors available to this process. The result does not depend on it.
         trace: of the same forward pass; None recomputes it. The result does not depend on it.
 
     Raises:
@@ -146,10 +142,12 @@ def rasterize_backward(
             is of other boxes.
     """
     brush_set = BrushSet.of(texture)
-    _check_derivable(boxes, brush_set, streaks, with_coverage=with_coverage)
-    streaks = streaks if brush_set.kind == "image" else 0.0
-    levels = levels_for("rasterize_backward", boxes, brush_set, filter) if trace is None else trace.levels
-    given = {name: v for name, v in (v_layers or {}).items() if v is not None}
+    _check_derivable(boxes, brush_set, options.streaks, with_coverage=with_coverage)
+    streaks = options.streaks if brush_set.kind == "image" else 0.0
+    levels = (
+        levels_for("rasterize_backward", boxes, brush_set, options.filter) if trace is None else trace.levels
+    )
+    given = {name: v for name, v in v_frame.layers.items() if v is not None}
     gradients: dict[str, Any] = {
         name: np.empty_like(getattr(boxes, name))
         for name in BOX_COLUMNS
@@ -159,15 +157,15 @@ def rasterize_backward(
     v_attributes = {name: np.empty_like(attributes[name]) for name in given}
     v_texels = [np.zeros(shape) for shape in levels.shapes] if with_coverage else []
     _core.rasterize_backward(
-        kernel=kernel_of(brush_set, filter),
+        kernel=kernel_of(brush_set, options.filter),
         levels=levels.packed,
-        min_transmittance=float(min_transmittance),
-        num_threads=num_threads_or_default(num_threads),
+        min_transmittance=float(options.min_transmittance),
+        num_threads=num_threads_or_default(options.num_threads),
         boxes=box_arrays(
             boxes,
             [getattr(boxes, LAYER_COLUMNS[name]) for name in given],
             colors=boxes.colors,
-            **underpaint_arguments("rasterize_backward", boxes, brush_set, underpaint),
+            **underpaint_arguments("rasterize_backward", boxes, brush_set, options.underpaint),
             **streak_arguments(boxes, streaks, brush_set),
             streak_slopes=streak_slopes(boxes, streaks, brush_set.without_bristles(boxes.brushes)),
         ),
@@ -175,8 +173,8 @@ def rasterize_backward(
         rgb=frame.rgb,
         alpha=frame.alpha,
         layers=[getattr(frame, name) for name in given],
-        v_rgb=v_rgb,
-        v_alpha=v_alpha,
+        v_rgb=v_frame.rgb,
+        v_alpha=v_frame.alpha,
         v_layers=list(given.values()),
         **{f"v_{name}": gradient for name, gradient in gradients.items()},
         v_attributes=list(v_attributes.values()),

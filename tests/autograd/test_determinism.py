@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from brushgs import _core
-from brushgs.rendering.backward import BOX_COLUMNS, GAUSSIAN_COLUMNS, rasterize_backward
-from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.backward import BOX_COLUMNS, GAUSSIAN_COLUMNS, FrameGradients, rasterize_backward
+from brushgs.rendering.rasterize import RasterOptions, rasterize
 from tests.rendering.strokes import PATHS, random_boxes, texture_of
 from tests.rendering.test_project_backward import backward, directions, scene_of
 
@@ -30,7 +30,8 @@ def all_gradients() -> dict[str, np.ndarray]:
             boxes, texture = random_boxes(400, **SIZE, seed=6, dtype=dtype), texture_of(kind)
             frame = rasterize(boxes, texture, filter=filter, **SIZE)
             result = rasterize_backward(
-                boxes, texture, frame, *v, filter=filter, with_coverage=kind == "image"
+                *(boxes, texture, frame, FrameGradients(*v), RasterOptions(**SIZE, filter=filter)),
+                with_coverage=kind == "image",
             )
             for name in (*BOX_COLUMNS, *(["coverage"] if kind == "image" else [])):
                 found[f"{path} {dtype.__name__} {name}"] = getattr(result, name)

@@ -10,7 +10,7 @@ from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.levels import level_coverage, level_gradient, unrounded_coverage
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
-from brushgs.rendering.backward import BOX_COLUMNS, rasterize_backward
+from brushgs.rendering.backward import BOX_COLUMNS, FrameGradients, rasterize_backward
 from brushgs.rendering.constants import MAX_ALPHA
 from brushgs.rendering.rasterize import RasterOptions, rasterize, rasterize_traced
 from brushgs.rendering.underpaint import Underpaint
@@ -52,7 +52,8 @@ def loss_of(frame: Frame, v) -> float:
 def backward(boxes: Boxes, texture, filter="bilinear", v=None, **options):
     frame = rasterize(boxes, texture, filter=filter, **SIZE)
     v = weights(boxes.centers.dtype) if v is None else v
-    return rasterize_backward(boxes, texture, frame, *v, filter=filter, **options)
+    how = RasterOptions(**SIZE, filter=filter)
+    return rasterize_backward(boxes, texture, frame, FrameGradients(*v), how, **options)
 
 
 ROWS = [*PATHS, *(" ".join(row) for row in pairs_of(IMAGES, ("underpainted", "layered", "streaked"), MANY))]
@@ -70,7 +71,7 @@ def test_gradients_are_differences_of_the_definition(words):
     boxes = replace(painting.boxes, opacities=np.linspace(0.2, 1, 12), half_extents=half_extents)
     v, how = weights(shape=(18, 33)), painting.options
     frame = rasterize(boxes, painting.brush, **how)
-    actual = rasterize_backward(boxes, painting.brush, frame, *v, **looks(how))
+    actual = rasterize_backward(boxes, painting.brush, frame, FrameGradients(*v), RasterOptions(**how))
     for name in BOX_COLUMNS:
 
         def loss(values, name=name):
@@ -84,24 +85,19 @@ def test_gradients_are_differences_of_the_definition(words):
         assert numerical.any() != has_none
 
 
-def looks(how):
-    """Options of painting that its derivative takes."""
-    return {name: value for name, value in how.items() if name not in ("width", "height", "relief")}
-
-
 def test_a_stroke_outside_whose_underpaint_reaches_in_has_its_gradient():
     boxes = replace(boxes_of([[-6.0, 8.3]], (5, 3), angles=0.4), setbacks=np.array([1.0]))
-    how = {"filter": "bilinear", "underpaint": Underpaint(3.0)}
-    frame = rasterize(boxes, SOLID, width=20, height=16, **how)
+    how = {"filter": "bilinear", "underpaint": Underpaint(3.0), "width": 20, "height": 16}
+    frame = rasterize(boxes, SOLID, **how)
     assert frame.alpha.any()
-    actual = rasterize_backward(boxes, SOLID, frame, np.ones_like(frame.rgb), **how)
+    actual = rasterize_backward(
+        boxes, SOLID, frame, FrameGradients(np.ones_like(frame.rgb)), RasterOptions(**how)
+    )
     for name in ("centers", "half_extents", "angles", "colors", "opacities"):
 
         def loss(values, name=name):
             moved = replace(boxes, **{name: values})
-            return float(
-                reference.rasterize(moved, SOLID, RasterOptions(width=20, height=16, **how)).rgb.sum()
-            )
+            return float(reference.rasterize(moved, SOLID, RasterOptions(**how)).rgb.sum())
 
         numerical = central_differences(loss, getattr(boxes, name))
         assert numerical.any()
@@ -162,13 +158,18 @@ def test_gradients_by_the_coverage_of_each_brush(filter):
     g = np.random.default_rng(1)
     boxes = replace(random_boxes(5, 14, 11, sizes=(4, 9), seed=5), brushes=[0, 1, 2, 0, 1])
     coverages = [g.integers(20, 235, shape).astype(np.uint8) for shape in ((4, 6), (3, 9), (5, 1))]
-    v, how = g.standard_normal((11, 14, 3)), {"filter": filter, "min_transmittance": 0.0}
+    v, how = (
+        g.standard_normal((11, 14, 3)),
+        {"filter": filter, "min_transmittance": 0.0, "width": 14, "height": 11},
+    )
 
     def painted(coverages):
         brushes = BrushSet(tuple(map(StrokeTexture.from_coverage, coverages)))
-        return brushes, rasterize(boxes, brushes, width=14, height=11, **how)
+        return brushes, rasterize(boxes, brushes, **how)
 
-    found = rasterize_backward(boxes, *painted(coverages), v, with_coverage=True, **how)
+    found = rasterize_backward(
+        boxes, *painted(coverages), FrameGradients(v), RasterOptions(**how), with_coverage=True
+    )
     for brush, coverage in enumerate(coverages):
         expected = np.zeros(coverage.shape)
         for texel in np.ndindex(coverage.shape):
@@ -249,9 +250,12 @@ def test_neither_threads_nor_what_painting_kept_change_a_bit(words, dtype):
     frame, trace = traced(boxes, texture, **how)
     assert_identical(frame, rasterize(boxes, texture, **how))
     v, has_image = weights(dtype, (57, 101)), "gaussian" not in words and "ellipse" not in words
-    how = looks(how) | {"with_coverage": has_image}
     results = [
-        rasterize_backward(boxes, texture, frame, *v, trace=given, num_threads=threads, **how)
+        rasterize_backward(
+            *(boxes, texture, frame, FrameGradients(*v), RasterOptions(**how, num_threads=threads)),
+            with_coverage=has_image,
+            trace=given,
+        )
         for given, threads in ((None, 1), (None, 3), (None, 40), (trace, 3))
     ]
     assert results[0].colors.any()
@@ -266,7 +270,9 @@ def test_a_trace_of_other_boxes_is_refused():
     for other, size in ((boxes.take(np.s_[:4]), SIZE), (boxes, {"width": 99, "height": 23})):
         _, trace = traced(other, bristles(), **size)
         with pytest.raises(ValueError, match="trace must be of painting these boxes"):
-            rasterize_backward(boxes, bristles(), frame, *weights(), trace=trace)
+            rasterize_backward(
+                boxes, bristles(), frame, FrameGradients(*weights()), RasterOptions(**SIZE), trace=trace
+            )
 
 
 def test_softness_and_a_kernel_without_an_image_are_refused():
@@ -275,6 +281,15 @@ def test_softness_and_a_kernel_without_an_image_are_refused():
     with pytest.raises(
         ValueError, match='rasterize_backward: boxes must have no softness; project with order="depth"'
     ):
-        rasterize_backward(softened(boxes, 0.1), bristles(), frame, *weights())
+        rasterize_backward(
+            softened(boxes, 0.1), bristles(), frame, FrameGradients(*weights()), RasterOptions(**SIZE)
+        )
     with pytest.raises(ValueError, match="rasterize_backward: the built-in kernel 'ellipse' has no coverage"):
-        rasterize_backward(boxes, texture_of("ellipse"), frame, *weights(), with_coverage=True)
+        rasterize_backward(
+            boxes,
+            texture_of("ellipse"),
+            frame,
+            FrameGradients(*weights()),
+            RasterOptions(**SIZE),
+            with_coverage=True,
+        )

@@ -26,7 +26,7 @@ from brushgs.passes.reduce.lloyd import Clusters, lloyd
 from brushgs.passes.reduce.merge import OVERLAP, merge_clusters
 from brushgs.passes.reduce.minibatch import minibatch
 from brushgs.passes.reduce.pure import keep_pure
-from brushgs.passes.reduce.split import FIRST_SHARE, NUM_ROUNDS, Target, split
+from brushgs.passes.reduce.split import FIRST_SHARE, NUM_ROUNDS, Goal, split
 from brushgs.passes.seen import Seen, seen_in
 from brushgs.rendering.plain import PlainViews
 from brushgs.values.arrays import F32, check
@@ -170,9 +170,9 @@ def group(
     gaussians = replace(gaussians, finest=finest)  # the same for all clusters
     seen = None if plain is None else seen_in(gaussians, plain)
     if plain is not None and seen is not None:
-        target = Target(plain, num_strokes, focus, worth_keeping, economy, cameras)
+        goal = Goal(plain, num_strokes, focus, worth_keeping, economy, cameras)
         points = _points(seen.gaussians, features, motion)
-        return _group_seen(seen, points, target, chosen, reason, seed)
+        return _group_seen(seen, points, goal, chosen, reason, seed)
     points = _points(gaussians, features, motion)
     # Not reused from pruning: without the pruned rows the visible shares differ. With the shares of the whole
     # scene strokes are up to 0.6 dB worse (biker, 250) or 0.3 dB better (skull, 250), over six scenes 0.02 dB
@@ -195,15 +195,15 @@ def group(
     )
 
 
-def _group_seen(seen: Seen, points: F32, target: Target, method: str, reason: str, seed: int) -> Grouping:
+def _group_seen(seen: Seen, points: F32, goal: Goal, method: str, reason: str, seed: int) -> Grouping:
     """Clusters of Gaussians by their visibility in views; `points` [N, D] are in feature space."""
-    gaussians, weights, economy = seen.gaussians, seen.weights(target.focus), target.economy
+    gaussians, weights, economy = seen.gaussians, seen.weights(goal.focus), goal.economy
     # Merged colors are weighted by opacity x area x this, the visible area.
     areas = seen_areas(gaussians)
     largest = gaussians.opacities * areas
     visible = seen.areas / np.maximum(largest, largest.max() * 1e-12)
     visible = np.maximum(visible, visible.max() * 1e-12)
-    first = max(1, round(first_share(economy, FIRST_SHARE) * target.num_strokes))
+    first = max(1, round(first_share(economy, FIRST_SHARE) * goal.num_strokes))
     found = STARTS[method](points, weights, first, seed=seed)
     found = keep_pure(found, points, weights, gaussians, first)
 
@@ -211,7 +211,7 @@ def _group_seen(seen: Seen, points: F32, target: Target, method: str, reason: st
         return merge_clusters(gaussians, labels, overlap=OVERLAP, visible=visible, areas=areas)
 
     spans, num_rounds = spans_of(gaussians, points), NUM_ROUNDS if economy == 0 else ECONOMIC_ROUNDS
-    rounds = split(found.labels, merged, points, spans, weights, target, num_rounds)
+    rounds = split(found.labels, merged, points, spans, weights, goal, num_rounds)
     labels, parents = next(rounds), []
     for after in rounds:
         parents.append(_parents(labels, after))

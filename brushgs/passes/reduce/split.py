@@ -41,7 +41,7 @@ Labels = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
-class Target:
+class Goal:
     """When clusters are cut, and how many strokes there should be.
 
     Attributes:
@@ -69,10 +69,10 @@ def split(
     points: Array,
     spans: F32,
     weights: F64,
-    target: Target,
+    goal: Goal,
     num_rounds: int = NUM_ROUNDS,
 ) -> Iterator[Labels]:
-    """Cut clusters until there are as many strokes as the target says.
+    """Cut clusters until there are as many strokes as the goal says.
 
     Args:
         labels: [N] of the clusters to start from, 0 to k - 1, each in use.
@@ -80,22 +80,22 @@ def split(
         points: [N, D] the Gaussians in feature space; the first three numbers are positions.
         spans: [N, 3, 3] half axes of the Gaussians in that space, as columns.
         weights: [N] of the Gaussians, > 0.
-        target: see `Target`.
+        goal: see `Goal`.
         num_rounds: >= 1.
 
     Yields:
         [N] labels, 0 to k' - 1, each in use: the initial ones, and those after each round. The final number
         is below the target only if nothing is left to cut: no error, or no cluster of different points.
     """
-    views, economy, focus = target.views, target.economy, target.focus
+    views, economy, focus = goal.views, goal.economy, goal.focus
     found = np.asarray(labels, dtype=np.intp)
     yield found
     seen = [ViewingError.of(frame) for frame in views.frames] if economy > 0 else []
     for remaining in range(num_rounds, 0, -1):
         strokes = merged(found)
-        worth_keeping = target.worth_keeping
+        worth_keeping = goal.worth_keeping
         is_kept = np.ones(len(strokes), bool) if worth_keeping is None else worth_keeping(strokes)
-        num_missing = target.num_strokes - np.count_nonzero(is_kept)
+        num_missing = goal.num_strokes - np.count_nonzero(is_kept)
         if num_missing <= 0:
             break
         step = 2 if economy and remaining > NUM_LAST_ROUNDS else 1
@@ -104,7 +104,7 @@ def split(
         if focus is not None:
             totals, sums = Groups.of(found, len(strokes)).totals_and_sums(focus[:, None], weights)
             errors *= sums[:, 0] / totals
-        errors[too_long(strokes, target.cameras)] += errors.max(initial=0.0)
+        errors[too_long(strokes, goal.cameras)] += errors.max(initial=0.0)
         errors[np.bincount(found, minlength=len(strokes)) < 2] = 0
         errors[errors < economy * LEAST * SEEN[1] ** 2 * len(some)] = 0
         worst = np.argsort(-errors, kind="stable")[: -(-num_missing // remaining)]
