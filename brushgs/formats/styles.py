@@ -27,14 +27,13 @@ from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Meta, Struct
-from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
 from brushgs.formats.packed import CORRECT, JsonFile, PackedArray, Picture, array_of, pack, picture_of, png_of
 from brushgs.formats.schema import refused
 from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.values.arrays import F32, F64, U8
-from brushgs.values.colors import rgb_of
+from brushgs.values.colors import code_of, rgb_of
 from brushgs.values.style import (
     MarkDictionary,
     MarkSpectrum,
@@ -345,7 +344,7 @@ def save_style(style: Style, path: str | Path) -> None:
     if (stage := style.stage) is not None:
         value["stage"] = {"colors": pack(stage.colors, "uint8"), "directions": pack(stage.directions, "int8")}
     if (lines := style.lines) is not None:
-        color = _hex(lines.rgb)[0]
+        color = code_of(lines.rgb)
         value["lines"] = {"share": float(lines.share), "width": float(lines.width), "color": color}
     if style.edit is not None:
         value["edit"] = _edit_json(style.edit)
@@ -356,18 +355,12 @@ def save_style(style: Style, path: str | Path) -> None:
 write_style = save_style  # the name used within the package
 
 
-def _hex(rgb: NDArray[Any]) -> tuple[str, NDArray[Any]]:
-    """A color as "#rrggbb", and as integers 0 to 255."""
-    code = np.rint(255 * np.clip(rgb, 0, 1)).astype(int)
-    return "#{:02x}{:02x}{:02x}".format(*code), code
-
-
 def _color_json(color: NamedColor) -> dict[str, Any]:
     """A palette color; offsets are float16, relative to the color as rounded for the file."""
-    text, code = _hex(color.rgb)
-    offsets = color.offsets + (color.rgb - code / 255)
+    code = code_of(color.rgb)
+    offsets = color.offsets + (color.rgb - np.array(rgb_of(code)))
     share = round(float(color.share), 6)
-    return {"name": color.name, "color": text, "share": share, "offsets": pack(offsets, "float16")}
+    return {"name": color.name, "color": code, "share": share, "offsets": pack(offsets, "float16")}
 
 
 def _marks_json(marks: StyleMarks) -> dict[str, Any]:
@@ -377,7 +370,7 @@ def _marks_json(marks: StyleMarks) -> dict[str, Any]:
         "aspect": float(marks.aspect),
         "broken_lightness": float(marks.broken_lightness),
         "broken_chroma": float(marks.broken_chroma),
-        "ground": None if marks.ground is None else _hex(marks.ground)[0],
+        "ground": None if marks.ground is None else code_of(marks.ground),
         "relief": float(marks.relief),
         "directions": pack(marks.directions, "int8"),
         "brushes": [picture_of(brush[..., None]) for brush in marks.brushes],

@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from brushgs.options.choices import Canvas
 from brushgs.options.look_parts import GroundConfig, LightConfig
@@ -13,6 +12,7 @@ from brushgs.pipeline.background import Background, open_background
 from brushgs.pipeline.report import Report
 from brushgs.values.arrays import F64, Array
 from brushgs.values.camera import Camera
+from brushgs.values.colors import code_of
 from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def open_surface(
         if shown.ndim == 1 and camera.width * camera.height > MOST_PIXELS:
             camera = camera.in_side(PROOF_SIDE)
         surface = recipe.surface(height=camera.height, width=camera.width)
-        of_color = "transparent" if color is None else "a picture" if np.ndim(color) == 3 else _code(color)
+        of_color = "transparent" if color is None else "a picture" if np.ndim(color) == 3 else code_of(color)
         stage.did = f"{background if ground.ground == 'none' else ground.ground}, {of_color}"
         if kind != "none":
             stage.did += f", on {kind}"
@@ -110,10 +110,6 @@ def _ground_color(ground: GroundConfig, background: str, gaussians: Gaussians, c
 
         return ground_color(gaussians, Tone(ground.lightness, ground.complement, ground.warmth))
     return open_background(BOUGHT.get(ground.ground, ground.ground), camera.width, camera.height)
-
-
-def _code(color: ArrayLike) -> str:
-    return "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in np.clip(color, 0, 1))
 
 
 def open_lines(

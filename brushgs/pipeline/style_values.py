@@ -15,7 +15,7 @@ from brushgs.options.stroke_target import UsualCount
 from brushgs.options.table import row_of
 from brushgs.passes.style.transport import is_grey
 from brushgs.pipeline.look import BOUGHT
-from brushgs.values.colors import oklab_of, rgb_of
+from brushgs.values.colors import code_of, oklab_of, rgb_of
 from brushgs.values.style import Style, StyleMarks
 
 # A picture of S pixels with n strokes of median area a has n a / S = 1.6 on koala, 1.2 to 1.5 on chair, 3.5
@@ -129,4 +129,4 @@ def _moved_ground(values: StepValues, marked: Sequence[tuple[StyleMarks, float]]
         return {}
     start = np.array(rgb_of(code))
     mixed = start + sum(share * (rgb - start) for rgb, share in grounds)
-    return {"ground": "#" + "".join(f"{round(255 * float(c)):02x}" for c in np.clip(mixed, 0, 1))}
+    return {"ground": code_of(mixed)}

@@ -8,6 +8,7 @@ processing.
 """
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from brushgs.options.choices import COLORS, color_code
 from brushgs.values.arrays import F64, Array
@@ -40,6 +41,11 @@ def rgb_of(color: str) -> tuple[float, float, float]:
         raise ValueError(f"a color must be '#rrggbb' or one of {', '.join(COLORS)}, got {color!r}")
     red, green, blue = (int(code[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return red, green, blue
+
+
+def code_of(rgb: ArrayLike) -> str:
+    """A display-encoded color [3] as "#rrggbb"; values are clipped to 0 to 1."""
+    return "#" + "".join(f"{round(255 * float(channel)):02x}" for channel in np.clip(rgb, 0, 1))
 
 
 def linear_from_srgb(encoded: Array) -> Array:

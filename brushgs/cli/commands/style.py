@@ -11,7 +11,7 @@ from brushgs.options.choices import STYLE_SUFFIX
 from brushgs.options.table import Options, option, rows_of
 
 if TYPE_CHECKING:
-    from brushgs.values.style import NamedColor, Style
+    from brushgs.values.style import Style
 
 
 class Own(Options, frozen=True):
@@ -153,9 +153,14 @@ def _show(path: Path, *, as_json: bool) -> None:
 
 def _facts(style: "Style") -> dict[str, object]:
     """The contents of a style, for people and machines."""
+    from brushgs.values.colors import code_of
+
     facts: dict[str, object] = {"name": style.name, "kind": style.kind}
     if style.palette is not None:
-        facts["palette"] = [_color(color) for color in style.palette.colors]
+        facts["palette"] = [
+            {"name": one.name, "color": code_of(one.rgb), "share": round(one.share, 4)}
+            for one in style.palette.colors
+        ]
     if style.marks is not None:
         marks = style.marks
         facts["marks"] = {
@@ -163,7 +168,7 @@ def _facts(style: "Style") -> dict[str, object]:
             "aspect": marks.aspect,
             "broken_lightness": marks.broken_lightness,
             "broken_chroma": marks.broken_chroma,
-            "ground": None if marks.ground is None else _code(marks.ground),
+            "ground": None if marks.ground is None else code_of(marks.ground),
             "relief": marks.relief,
             "directions": "{1}x{0}".format(*marks.directions.shape),
             "brushes": len(marks.brushes),
@@ -180,7 +185,7 @@ def _facts(style: "Style") -> dict[str, object]:
         facts["surroundings"] = "{1}x{0}".format(*style.stage.colors.shape)
     if style.lines is not None:
         lines = style.lines
-        facts["contours"] = {"share": lines.share, "width": lines.width, "color": _code(lines.rgb)}
+        facts["contours"] = {"share": lines.share, "width": lines.width, "color": code_of(lines.rgb)}
     if style.edit is not None:
         residual = style.edit.residual
         facts["edit"] = {
@@ -200,16 +205,6 @@ def _words(style: "Style") -> list[dict[str, Any]]:
     from brushgs.passes.style.words import words_of_style
 
     return facts_of(words_of_style(style))
-
-
-def _color(color: "NamedColor") -> dict[str, object]:
-    return {"name": color.name, "color": _code(color.rgb), "share": round(color.share, 4)}
-
-
-def _code(rgb: object) -> str:
-    import numpy as np
-
-    return "#{:02x}{:02x}{:02x}".format(*np.rint(255 * np.clip(np.asarray(rgb), 0, 1)).astype(int))
 
 
 def _print_table(rows: list[dict[str, object]]) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from brushgs.formats.files import open_plain, replacing
 from brushgs.formats.pictures.metadata import metadata_text
 from brushgs.values.arrays import F64
+from brushgs.values.colors import code_of
 from brushgs.values.paths import Path2D, PathGroup, Paths
 from brushgs.values.shot import Shot
 
@@ -57,7 +58,7 @@ def _lines_of(paths: Paths, description: str) -> Iterator[str]:
         steps = next(n for n in COLOR_STEPS if len({_code(path, n) for path in soft}) <= MOST_GRADIENTS)
         yield from _gradients(sorted({_code(path, steps) for path in soft}))
     if paths.ground is not None:
-        color = "#" + "".join(f"{round(255 * min(max(one, 0), 1)):02x}" for one in paths.ground)
+        color = code_of(paths.ground)
         yield f'<rect id="page" width="{paths.width}" height="{paths.height}" fill="{color}"/>\n'
     yield from _layers_of(paths.groups, steps if soft else 255)
     yield "</svg>\n"
@@ -104,7 +105,7 @@ def _gradients(codes: list[str]) -> Iterator[str]:
 
 def _code(path: Path2D, steps: int = 255) -> str:
     """#rrggbb, with each channel quantized to `steps` steps."""
-    return "#" + "".join(f"{round(255 * round(steps * one) / steps):02x}" for one in path.color)
+    return code_of([round(steps * one) / steps for one in path.color])
 
 
 def _shape(path: Path2D, steps: int) -> str:
