@@ -5,6 +5,7 @@ import os
 import pytest
 
 from brushgs.outlets.painter import build
+from tests.firefox import firefox  # noqa: F401
 
 BUILD = "BRUSHGS_BUILD_PAINTER"  # set by .ci/run where what the page is made of has changed
 
