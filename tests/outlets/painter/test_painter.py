@@ -403,6 +403,8 @@ def test_a_dropped_picture_is_the_brush_that_stroke_makes_of_it(painter, open_pa
     wait_until(page, "window.brushgs.firstPictureMs !== null")
     assert page.evaluate("window.brushgs.contents.header.brushes[0].name") == kind
     painter.evaluate("window.brushgs.dropping._brush = null")
+    painter.select_option("#dropLook", "oil")
+    wait_until(painter, DONE)
 
 
 def test_what_is_no_brush_is_refused_in_words(painter, tmp_path):
@@ -432,7 +434,8 @@ READ = """async (files) => {
         const { count, dropped } = await dropping._read((task, given) => maker.run(0, task, given), file);
         await maker.run(0, "up", {});
         await maker.run(0, "front", { level: [1, 0, 0, 0, 1, 0, 0, 0, 1] });
-        const { numbers, stage } = dropping.look, { camera } = window.brushgs.contents.header;
+        const { numbers, stage } = dropping._blank.header.painter.looks.oil;
+        const { camera } = window.brushgs.contents.header;
         await maker.run(0, "paint", { strokes: 20, numbers });
         const level = [1, 0, 0, 0, 1, 0, 0, 0, 1];
         const { strokes } = await maker.run(0, "show", { camera, level, numbers: stage.numbers });
