@@ -16,7 +16,7 @@ from brushgs.values.arrays import F64, Array, Rows
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 
-DARK, DARKEST = 24.0, 2.2  # L* below which this percentage of a picture is to be
+DARK, DARKEST = 25.0, 2.2  # L* below which this percentage of a picture is to be
 # Of the tone curve, tried in this order until it is: factor of its exponent, and share of its range that gets
 # as dark as its darkest.
 CURVES = (
