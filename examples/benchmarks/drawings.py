@@ -52,6 +52,7 @@ FILES: dict[str, tuple[str | None, list[str]]] = {**FILES_AND_FLAGS, "still life
 PICKED = *TUNED, *(scene for scene in FILES if scene not in TUNED)
 SAME, LOST = 2.5, 6.0  # CIELAB: what looks like the paper, and across a lost outline
 ACROSS = 4  # px from the outline to the places that are compared
+ROUNDS, TIMED = 30, ("koala", "truck", "spinach")  # of frames in turns
 FLECK, DRAWN = 40, 0.01  # px^2, and opacity of a piece that can be seen
 BESIDE, MARKED = 6, 0.1  # px from hatching, and how much darker than the ground its pixels are
 
@@ -59,10 +60,10 @@ BESIDE, MARKED = 6, 0.1  # px from hatching, and how much darker than the ground
 class Drawing:
     """A drawing, and the plain picture of its scene in the same view."""
 
-    def __init__(self, scene: str, look: str) -> None:
+    def __init__(self, scene: str, look: str, *more: str) -> None:
         file, flags = FILES[scene]
         path = str(FOLDER / file) if file else "still_life.ply"
-        args = parse(["render", path, *flags, "--look", look, "--size", SIZE, "-o", "drawing.png"])
+        args = parse(["render", path, *flags, "--look", look, "--size", SIZE, "-o", "drawing.png", *more])
         self.source = scene_source(args) if file else SCENES[scene].source()
         self.config = paint_config(args)
         report = Report()
@@ -264,6 +265,13 @@ def main() -> None:
         parser.error(f"CairoSVG draws the SVG files; pip install cairosvg, or give --looks {others}")
     print(describe(), flush=True)
     scenes = present(asked.scenes or PICKED, {name: file for name, (file, _) in FILES.items()})
+    if asked.frames:
+        table = [["scene", "oil, ms", "watercolour, ms", "watercolour / oil"]]
+        table += [[scene, *frames_of_oil(scene)] for scene in scenes if scene in TIMED]
+        print(*table, sep="\n")
+        if asked.page:
+            asked.page.write_text(placed(asked.page.read_text(), "frames", markdown(table)))
+        return
     for look in asked.looks:
         measure, head = FIGURES[look]
         table = [["scene", *head.split(", ")]]

@@ -9,7 +9,7 @@ import pytest
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.constants import MIN_ALPHA, MIN_TRANSMITTANCE
-from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.rasterize import RasterOptions, rasterize
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.rendering.strokes import (

@@ -44,12 +44,12 @@ nb::tuple find_standing(const Rows& points, const Numbers& weights, double radiu
     return nb::make_tuple(std::to_array(found.middle), found.width, found.height);
 }
 
-nb::object find_ground(const Rows& points, In<bool, 1> is_level, const Numbers& weights, const Rows& lab, double radius,
-                       double height) {
+std::optional<nb::tuple> find_ground(const Rows& points, In<bool, 1> is_level, const Numbers& weights, const Rows& lab,
+                                     double radius, double height) {
     const std::vector<std::uint8_t> level(is_level.data(), is_level.data() + is_level.size());
     auto found =
         brushgs::find_ground({points.data(), level.data(), weights.data(), lab.data(), weights.size(), radius, height});
-    if (!found.is_found) return nb::none();
+    if (!found.is_found) return std::nullopt;
     return nb::make_tuple(found.level, to_array(std::move(found.coverage)), to_array(std::move(found.lab)), found.tone,
                           found.extent);
 }

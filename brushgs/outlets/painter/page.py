@@ -110,7 +110,7 @@ def painter_contents(module: bytes) -> PageContents:
         "mostBytes": MOST_BYTES,
     }
     arrays = {**contents.arrays, "module": np.frombuffer(module, np.uint8)}
-    header = contents.header | {"painter": painter, "coats": contents.header["coats"][-1:]}
+    header = {**contents.header, "painter": painter, "coats": contents.header["coats"][-1:]}
     return PageContents(header, arrays, contents.rows, contents.omitted)
 
 
