@@ -5,6 +5,7 @@ the same level and in the same color, and its torn border dissolves into the pai
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -58,7 +59,7 @@ def find_ground(gaussians: Gaussians, place: Place, weights: F64) -> Ground | No
     is_level = np.abs(shortest_axes(gaussians.quats, gaussians.scales) @ place.axes[1]) > LEVEL
     lab = oklab_of(base_colors(gaussians.sh[:, :1]).astype(np.float64))
     weights = np.ascontiguousarray(weights, np.float64)
-    found = _core.find_ground(
+    found: Any = _core.find_ground(
         points, is_level, weights, np.ascontiguousarray(lab), place.radius, place.height
     )
     if found is None:
