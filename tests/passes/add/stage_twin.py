@@ -153,13 +153,13 @@ def shadow_at(shade, contact, reflected, radius, lamp, points):
 
 # Surface and spots
 
-STEPS, TABLE, LEAST_WALL, BEYOND_EYE, RISE, TOP = 400, 3.0, 3.0, 1.5, 0.85, 1.1
+STEPS, TABLE, BEYOND_EYE, RISE, TOP = 400, 3.0, 1.5, 0.85, 1.1
 NEAR_SIZE, FAR_SIZE, FAR, LEAST_SIZE = 0.12, 0.26, 3.0, 0.1
 
 
 def profile_around(*, radius, width, height, farthest, least_table):
     flat = max(TABLE * max(1.2 * width, radius, 0.8 * height), least_table)
-    wall = max(LEAST_WALL * radius, BEYOND_EYE * farthest, 1.6 * flat)
+    wall = max(BEYOND_EYE * farthest, 1.6 * flat)
     rise, turn = RISE * wall, np.linspace(0, np.pi / 2, STEPS // 2)
     level = np.linspace(0, flat, STEPS // 4, endpoint=False)
     upright = np.linspace(rise, rise + TOP * wall, STEPS // 4 + 1)[1:]
