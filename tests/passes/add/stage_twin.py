@@ -45,9 +45,10 @@ FILLS = ((1.0, 1.0), (3.0, 1e-2), (10.0, 1e-4), (30.0, 1e-7))
 def find_standing(points, weights, radius):
     if not weights.sum() > 0:
         weights = np.ones(len(weights))
-    low, top = weighted_quantiles(points[:, 1], weights, (LOWEST, 1 - LOWEST))
-    left, right = weighted_quantiles(points[:, 0], weights, (TAILS, 1 - TAILS))
-    near, far = weighted_quantiles(points[:, 2], weights, (TAILS, 1 - TAILS))
+    (left, right), (low, top), (near, far) = (
+        weighted_quantiles(column, weights, (tail, 1 - tail))
+        for column, tail in zip(points.T, (TAILS, LOWEST, TAILS), strict=True)
+    )
     width = 0.5 * max(right - left, far - near)
     middle = 0.5 * (left + right), low, 0.5 * (near + far)
     return middle, max(width, LEAST * radius), max(top - low, LEAST * radius)

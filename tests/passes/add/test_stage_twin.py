@@ -25,20 +25,21 @@ LAMPS = [lamp_direction().tolist(), [0.99, 0.14, 0.0], [0.0, 1.0, 0.0]]
 def check(name, *args, **options):
     """What the core finds, held to the twin."""
     found, expected = (getattr(module, name)(*args, **options) for module in (_core, twin))
-    if found is None or expected is None:
-        assert found is expected
-        return None
-    found, expected = (each if isinstance(each, tuple) else (each,) for each in (found, expected))
-    for one, other in zip(found, expected, strict=True):
-        hold(one, other)
+    hold(found, expected)
     return found
 
 
 def hold(found, expected):
-    found, expected = (np.asarray(each, np.float64).ravel() for each in (found, expected))
-    assert np.isfinite(expected).all()
-    size = np.abs(expected).max(initial=0)
-    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12 * size)
+    if isinstance(found, tuple):
+        for one, other in zip(found, expected, strict=True):
+            hold(one, other)
+    elif found is None or expected is None:
+        assert found is expected
+    else:
+        found, expected = (np.asarray(each, np.float64).ravel() for each in (found, expected))
+        assert np.isfinite(expected).all()
+        size = np.abs(expected).max(initial=0)
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12 * size)
 
 
 def subject_of(name):
@@ -60,56 +61,49 @@ def spots(count):
     return points[:count], rng.uniform(-0.1, np.pi / 2, count), around[:count], rng.normal(size=count)
 
 
-@for_each("shape", [(96, 96), (1, 1), (2, 300), (300, 1)])
-@for_each("sigma", [0.01, 1.0, 30.0, 1e4])
-def test_a_blurred_map_is_that_of_the_twin(shape, sigma):
-    check("map_blurred", np.random.default_rng(1).normal(size=shape), sigma)
-
-
 @for_each("count", [0, 1, 500])
 @for_each("half", [1e-6, 1.5, 1e9])
-def test_sums_and_samples_of_a_map_are_those_of_the_twin(count, half):
-    level = np.ascontiguousarray(spots(count)[0][:, [0, 2]])
+def test_maps_are_those_of_the_twin(count, half):
+    values, level = np.random.default_rng(1).normal(size=(96, 96)), spots(count)[0][:, [0, 2]].copy()
     check("map_sums", level, spots(count)[3], 7, half)
-    check("map_samples", np.random.default_rng(1).normal(size=(7, 7)), half, level)
+    check("map_samples", values, half, level)
+    for some in (values, values[:1].copy(), values[:, :2].copy()):
+        check("map_blurred", some, half)
 
 
 @for_each("name", SCENES)
-def test_place_and_ground_of_a_scene_are_those_of_the_twin_and_strokes_dissolve_as_there(name):
+def test_place_and_ground_of_a_scene_are_those_of_the_twin(name):
     points, weights, lab, radius, height = subject_of(name)
     if len(points):
         check("find_standing", points, weights, radius)
     is_level = np.abs(shortest_axes(SCENES[name].quats, SCENES[name].scales)[:, 1]) > 0.85
     found = check("find_ground", points, is_level, weights, lab, radius, height)
-    if found is not None:
-        around = points - (0, found[0], 0)
-        check("dissolving_at", found[1].reshape(twin.SIDE, twin.SIDE), radius, around)
     assert found is not None or name != "on a plaza"
 
 
-def test_random_grounds_are_those_of_the_twin():
+def test_random_grounds_are_those_of_the_twin_and_strokes_dissolve_as_there():
     """Level paint of many extents and thicknesses, with paint above and below it."""
     num_found, count = 0, 1500
-    for seed in range(60):
+    for seed in range(80):
         rng = np.random.default_rng(seed)
-        points = rng.uniform(-1, 1, (count, 3))
-        in_band, above = rng.random((2, count)) < rng.uniform(0.5, 1, (2, 1))
-        points[:, [0, 2]] *= np.where(in_band, rng.uniform(0.5, 2), rng.uniform(0.2, 1.2))[:, None]
-        heights = np.where(above, 1, -1) * rng.uniform(0.05, 1, count)
-        points[:, 1] = np.where(in_band, rng.normal(0, rng.uniform(0.01, 0.08), count), heights)
-        weights = rng.random(count) * rng.uniform(1, 20) / count
-        found = check(
-            "find_ground", points, rng.random(count) < 0.9, weights, rng.random((count, 3)), 1.0, 1.0
-        )
-        num_found += found is not None
-    assert 20 < num_found < 55
+        points, part = rng.uniform(-1, 1, (count, 3)), rng.dirichlet((4, 2, 1))
+        heights = rng.normal(0, rng.uniform(0.01, 0.06), count), rng.uniform(0.05, 1, count)
+        kind = rng.choice(3, count, p=part)
+        points[:, 1] = np.choose(kind, (*heights, -heights[1]))
+        points[:, [0, 2]] *= np.where(kind == 1, rng.uniform(0.2, 1), rng.uniform(0.5, 2))[:, None]
+        weights, lab, is_level = rng.uniform(0, 20 / count, count), rng.random((count, 3)), kind != 1
+        found = check("find_ground", points, is_level, weights, lab, 1.0, 1.0)
+        if found is not None:
+            check("dissolving_at", found[1].reshape(twin.SIDE, twin.SIDE), 1.0, points * (1.1, 1, 1.1))
+            num_found += 1
+    assert 20 < num_found < 70, num_found
 
 
 @for_each("name", [*STRANGE, "still life"])
 def test_the_shadow_of_a_subject_is_that_of_the_twin(name):
     points, weights, lab, radius, _ = subject_of(name)
     for lamp in LAMPS if name == "still life" else LAMPS[:1]:
-        points = points * (1, 4 if lamp[0] == 0 else 1, 1)
+        points = points * (1, 8 if lamp[0] == 0 else 1, 1)
         shade, contact, reflected = check("cast_shadow", points, weights, lab, radius, lamp)
         square = twin.SHADOW_SIDE, twin.SHADOW_SIDE
         maps = shade.reshape(square), contact.reshape(square), reflected.reshape(2, *square)
@@ -129,10 +123,10 @@ def test_surface_and_spots_are_those_of_the_twin(radius, width, height, farthest
     along = np.concatenate([length, length[-1] * np.linspace(-0.1, 1.1, 700)])
     check("profile_slopes", rho, heights, length, along)
     for distance, seen in ((0.0, 3.0), (4 * radius, 0.5), (4 * radius, 3.0)):
-        (sizes,) = check("stroke_sizes", rho, **options, distance=distance, seen_width=seen * radius)
+        sizes = check("stroke_sizes", rho, **options, distance=distance, seen_width=seen * radius)
     cells = sizes**2 * max(1.0, (2 * np.pi * rho * np.gradient(length) / sizes**2).sum() / 3000)
     for until in (-1.0, 0.5 * table, wall, np.inf):
-        (count,) = check("count_spots", rho, length, cells, until)
+        count = check("count_spots", rho, length, cells, until)
     for num in (0, 1, count):
         noise = np.random.default_rng(3).normal(size=(num, _core.SPOT_NOISE))
         check("place_spots", rho, heights, length, cells, 0.35, noise)
