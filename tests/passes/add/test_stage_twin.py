@@ -30,11 +30,11 @@ def check(name, *args, **options):
 
 
 def hold(found, expected):
-    if isinstance(found, tuple):
+    if found is None or expected is None:
+        assert found is expected
+    elif isinstance(found, tuple):
         for one, other in zip(found, expected, strict=True):
             hold(one, other)
-    elif found is None or expected is None:
-        assert found is expected
     else:
         found, expected = (np.asarray(each, np.float64).ravel() for each in (found, expected))
         assert np.isfinite(expected).all()
@@ -86,13 +86,13 @@ def test_random_grounds_are_those_of_the_twin_and_strokes_dissolve_as_there():
     num_found, count = 0, 1500
     for seed in range(80):
         rng = np.random.default_rng(seed)
-        points, part = rng.uniform(-1, 1, (count, 3)), rng.dirichlet((4, 2, 1))
+        points, part = rng.uniform(-1, 1, (count, 3)), rng.dirichlet((4, 2, 2))
         heights = rng.normal(0, rng.uniform(0.01, 0.06), count), rng.uniform(0.05, 1, count)
         kind = rng.choice(3, count, p=part)
         points[:, 1] = np.choose(kind, (*heights, -heights[1]))
         points[:, [0, 2]] *= np.where(kind == 1, rng.uniform(0.2, 1), rng.uniform(0.5, 2))[:, None]
-        weights, lab, is_level = rng.uniform(0, 20 / count, count), rng.random((count, 3)), kind != 1
-        found = check("find_ground", points, is_level, weights, lab, 1.0, 1.0)
+        weights, lab = rng.uniform(0, 20 / count, count), rng.random((count, 3))
+        found = check("find_ground", points, weights > 4 / count, weights, lab, 1.0, rng.uniform(0.05, 1))
         if found is not None:
             check("dissolving_at", found[1].reshape(twin.SIDE, twin.SIDE), 1.0, points * (1.1, 1, 1.1))
             num_found += 1
@@ -103,7 +103,7 @@ def test_random_grounds_are_those_of_the_twin_and_strokes_dissolve_as_there():
 def test_the_shadow_of_a_subject_is_that_of_the_twin(name):
     points, weights, lab, radius, _ = subject_of(name)
     for lamp in LAMPS if name == "still life" else LAMPS[:1]:
-        points = points * (1, 8 if lamp[0] == 0 else 1, 1)
+        points = points * (1, 8 if lamp[0] == 0 else 1, 1) - (0, 0.2 * radius, 0)
         shade, contact, reflected = check("cast_shadow", points, weights, lab, radius, lamp)
         square = twin.SHADOW_SIDE, twin.SHADOW_SIDE
         maps = shade.reshape(square), contact.reshape(square), reflected.reshape(2, *square)
@@ -151,7 +151,7 @@ def test_colors_and_directions_are_those_of_the_twin(count):
 
 
 @for_each("name", [*STRANGE, "still life"])
-@for_each("above, own", [(0.0, 0.0), (0.8, 0.0), (0.8, 2.0), (9.0, 0.0)])
+@for_each("above, own", [(0.0, 0.0), (0.8, 0.0), (0.8, 2.0), (9.0, 0.0), (-0.7, 0.0)])
 def test_an_outline_is_that_of_the_twin(name, above, own):
     """In the view of a camera that many radii above the middle, one of them level."""
     center, radius = robust_frame(SCENES[name].means)
