@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
+from brushgs.options.sequence import PathConfig
 from brushgs.passes.color.squint import lab_of
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
@@ -54,3 +55,24 @@ def test_without_its_effect_a_wash_is_soft_paint_to_the_bit(prepared):
     keyed = without_effect(wash)
     assert keyed.effect is None
     assert keyed.strokes.sh.shape[1] == 1
+
+
+def test_paper_takes_less_hold_of_washes_in_films(prepared):
+    film = prepare(
+        still_life_of(6000),
+        blind("watercolour", 3000, SIZE),
+        Report(),
+        views=PathConfig(orbit=4),
+        asks=PICTURE,
+    )
+
+    def grain(painting):
+        wash = painting.coats[[coat.name for coat in painting.coats].index("wash")]
+        sheet = replace(painting.surface.seen_in(CAMERA, None), recipe=None)
+        pictures = [
+            replace(painting, coats=(wash,), surface=one).frame(CAMERA).rgb
+            for one in (sheet, replace(sheet, grain=np.full_like(sheet.grain, 0.5)))
+        ]
+        return np.abs(np.subtract(*pictures)).mean()
+
+    assert 0 < grain(film.painting) < 0.5 * grain(prepared.painting)

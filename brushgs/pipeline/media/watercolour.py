@@ -31,6 +31,7 @@ CANDIDATES = 12  # strokes looked at for a touch
 APART = 0.03  # of the view's width: least distance of touches
 BORDER = 0.08  # of the picture, in which marks thin out where the washes end
 LEAST_FOCUS = 0.45  # of pencil lines
+GRAIN_IN_FILMS = 0.3  # paper is at rest in the picture, so its grain flickers over what moves
 
 
 def watercolour(materials: Materials) -> list[Coat]:
@@ -38,7 +39,7 @@ def watercolour(materials: Materials) -> list[Coat]:
     media, strokes = numbers_of(Watercolour, materials), materials.strokes
     settled = Settled.of(materials, paper=media.paper)
     lamp = None if materials.towards is None else tuple(materials.towards.tolist())
-    layer = WetLayer(settled.key, settled.anchor, settled.is_room, _washes(media), towards=lamp)
+    layer = WetLayer(settled.key, settled.anchor, settled.is_room, _washes(media, materials), towards=lamp)
     layer, wets = looked_at(layer, settled.views)
     settled = replace(settled, key=layer.key)
     coats = [replace(materials.smudge("wash", strokes), effect=layer)]
@@ -67,11 +68,11 @@ def stage(materials: Materials, staging: "Staging") -> Coat:
     media = numbers_of(Watercolour, materials)
     color = np.clip(rgb_of_oklab(np.array([SHADOW_LAB])), 0, 1)[0]
     strokes = staging.finished(in_colors(staging.shadow(WASH), color))
-    wash = ShadowWash(Settled.of(materials, paper=media.paper).anchor, _washes(media))
+    wash = ShadowWash(Settled.of(materials, paper=media.paper).anchor, _washes(media, materials))
     return replace(materials.smudge(BACKDROP, strokes), blend="glaze", effect=wash)
 
 
-def _washes(media: Watercolour) -> Washes:
+def _washes(media: Watercolour, materials: Materials) -> Washes:
     """Numbers of the washes by the options."""
     usual = Washes()
 
@@ -85,7 +86,7 @@ def _washes(media: Watercolour) -> Washes:
         flows=by(media.flow, usual.flows),
         dips=(media.flow * usual.dips[0], *usual.dips[1:]),
         crests=(media.flow * usual.crests[0], *usual.crests[1:]),
-        grain=media.grain * usual.grain,
+        grain=media.grain * usual.grain * (GRAIN_IN_FILMS if len(materials.cameras) > 1 else 1),
     )
 
 
