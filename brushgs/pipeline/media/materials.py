@@ -65,6 +65,7 @@ class Materials:
         towards: [3] unit vector toward the lamp, world axes; None if not known.
         is_bare: whether no stage lies behind the strokes.
         motif: whose values a drawing keeps; None if strokes have others, or the medium does not look.
+        is_film: whether many frames are painted.
     """
 
     strokes: Gaussians
@@ -81,6 +82,7 @@ class Materials:
     towards: "F64 | None" = None
     is_bare: bool = False
     motif: "Motif | None" = None
+    is_film: bool = False
 
     @cached_property
     def paper(self) -> Color:

@@ -86,7 +86,7 @@ def _washes(media: Watercolour, materials: Materials) -> Washes:
         flows=by(media.flow, usual.flows),
         dips=(media.flow * usual.dips[0], *usual.dips[1:]),
         crests=(media.flow * usual.crests[0], *usual.crests[1:]),
-        grain=media.grain * usual.grain * (GRAIN_IN_FILMS if len(materials.cameras) > 1 else 1),
+        grain=media.grain * usual.grain * (GRAIN_IN_FILMS if materials.is_film else 1),
     )
 
 

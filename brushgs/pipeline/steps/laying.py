@@ -181,6 +181,7 @@ def materials(
     sight: Sight | None,
     site: "Site | None",
     motif: Motif | None,
+    along_path: bool,
 ) -> Materials:
     """The materials of the medium."""
     behind, config = shown_ground(colored_ground, background), painted_with
@@ -198,6 +199,7 @@ def materials(
         sight,
         None if site is None else site.towards,
         motif=motif,
+        is_film=along_path,
     )
 
 
