@@ -367,13 +367,16 @@ void blend_all_layers(const TileTask<T> task, TileState<T, channels, has_relief>
 
 // `share` as for `blend_record`. `kernel` is gaussian for underpaint and bilinear for every image: that of the picture
 // is chosen here, so that what blends the samples is compiled once for both.
-template <class T, Kernel kernel, Shading shading = Shading::none, Shading kept, int channels, bool has_relief>
+template <class T, Kernel kernel, Shading shading = Shading::none, Shading kept>
 [[gnu::always_inline]] inline void sample_softly(const TileTask<T>& task, const Record<T>& record,
-                                                 const TileState<T, channels, has_relief>& tile,
-                                                 SoftSamples<T, kept, has_relief>& samples, T share = 1) {
+                                                 const SoftTile<T>& tile, bool has_relief,
+                                                 SoftSamples<T, kept>& samples, T share = 1) {
     const std::uint32_t id = samples.record.id;
-    const auto shader = shader_of<T, kernel, shading, has_relief>(task, record, id, samples.shades, samples.heights);
-    samples.blocks = sample_sifted<T, kernel>(task, record, tile, samples.alphas, samples.pixels, shader);
+    const auto sample = [&]<bool raises>() {
+        const auto shader = shader_of<T, kernel, shading, raises>(task, record, id, samples.shades, samples.heights);
+        samples.blocks = sample_sifted<T, kernel>(task, record, tile, samples.alphas, samples.pixels, shader);
+    };
+    is_image<kernel>&& has_relief ? sample.template operator()<true>() : sample.template operator()<false>();
     if (task.limits != nullptr) samples.blocks = sift_behind(task, id, samples.blocks, samples.alphas, samples.pixels);
     const auto fill = [&](auto& planes, T value) {
         for (std::uint32_t blocks = samples.blocks; blocks != 0; blocks &= blocks - 1)
@@ -386,7 +389,7 @@ template <class T, Kernel kernel, Shading shading = Shading::none, Shading kept,
         for (std::uint32_t blocks = samples.blocks; blocks != 0; blocks &= blocks - 1)
             for (int p = 0, b = __builtin_ctz(blocks); p < kBlockPixels; ++p)
                 for (int c = 2; c >= 0; --c) samples.shades[c][b][p] = samples.shades[0][b][p] * record.color[c];
-    if constexpr (has_relief && !is_image<kernel>) fill(samples.heights, thickness_of(task, id, share));
+    if (has_relief && !is_image<kernel>) fill(samples.heights, thickness_of(task, id, share));
 }
 
 // The largest squared softness of each stroke of a tile and all behind it, and 0 at the end.
@@ -404,20 +407,20 @@ const T* find_reaches(const TileTask<T>& task, SoftQueues<T>& queues) {
 // By value, as above. `next` samples a record into its argument, or returns false at the end. A record is sampled
 // before the one in front of it is blended: what blending does next hangs on the samples. Where too many fragments wait
 // this notes that the tile is a crowd and ends; the tile has to be begun anew.
-template <class T, Shading kept, int channels, bool has_relief, class Next>
-[[gnu::always_inline]] inline void blend_softly(const TileTask<T>& task, SoftQueues<T>& queues,
-                                                TileState<T, channels, has_relief>& tile, const Next& next) {
+template <class T, Shading kept, class Next>
+[[gnu::always_inline]] inline void blend_softly(const TileTask<T>& task, SoftQueues<T>& queues, SoftTile<T>& tile,
+                                                const Next& next) {
     SoftState<T> soft;
-    SoftBlender<T, kept, channels, has_relief> blender(task, queues, soft, tile);
-    CrowdBlender<T, kept, channels, has_relief> crowd(task, queues.crowd, soft, tile);
-    SoftSamples<T, kept, has_relief> samples[2];
+    SoftBlender<T, kept> blender(task, queues, soft, tile);
+    CrowdBlender<T, kept> crowd(task, queues.crowd, soft, tile);
+    SoftSamples<T, kept> samples[2];
     const bool is_crowd = queues.is_crowd;
-    if (is_crowd) clear(queues.crowd, num_shades(kept), has_relief);
+    if (is_crowd) clear(queues.crowd, num_shades(kept), queues.keeps_heights);
     bool is_end = false;
     for (std::size_t i = 0; !is_end && tile.alive_blocks != 0; ++i) {
         is_end = !next(samples[i % 2]);
         if (i == 0) continue;
-        const SoftSamples<T, kept, has_relief>& own = samples[(i - 1) % 2];
+        const SoftSamples<T, kept>& own = samples[(i - 1) % 2];
         if (is_crowd) {
             crowd.add(own);
             continue;
@@ -426,8 +429,8 @@ template <class T, Shading kept, int channels, bool has_relief, class Next>
         blender.begin(own.record);
         for (std::uint32_t blocks = own.blocks; blocks != 0; blocks &= blocks - 1) {
             const int b = __builtin_ctz(blocks);
-            if (!blender.blend({b, own.alphas[b], own.shades[0][kept == Shading::none ? 0 : b],
-                                own.heights[has_relief ? b : 0], own.pixels[b]})) {
+            if (!blender.blend(
+                    {b, own.alphas[b], own.shades[0][kept == Shading::none ? 0 : b], own.heights[b], own.pixels[b]})) {
                 queues.is_crowd = true;
                 return;
             }
@@ -437,35 +440,36 @@ template <class T, Shading kept, int channels, bool has_relief, class Next>
     blender.finish();
 }
 
-template <class T, int channels>
-void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T, channels>& tile) {
+template <class T>
+void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, SoftTile<T>& tile) {
     clear(queues);
     const T* const reaches = find_reaches(task, queues);
-    const Attributes<T, channels> attributes(task.boxes.layers);
+    const Attributes<T, kMostChannels> attributes(task.boxes.layers);
     std::size_t i = 0;
     blend_softly<T, Shading::none>(
-        task, queues, tile, [&](SoftSamples<T, Shading::none, false> & samples) __attribute__((always_inline)) {
+        task, queues, tile, [&](SoftSamples<T, Shading::none> & samples) __attribute__((always_inline)) {
             if (i == task.num_ids) return false;
             prefetch(task, attributes, i);
             const std::uint32_t id = task.ids[i];
             const T softness = task.boxes.softness[id];
             samples.record = {id, task.boxes.depths[id], softness * softness, reaches[i]};
-            sample_softly<T, Kernel::bilinear>(task, task.records[id], tile, samples);
+            sample_softly<T, Kernel::bilinear>(task, task.records[id], tile, false, samples);
             ++i;
             return true;
         });
 }
 
 // Strokes with underpaint, with streaks, with tints or with relief.
-template <class T, Shading kept, int channels, bool has_relief>
-void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, TileState<T, channels, has_relief>& tile) {
+template <class T, Shading kept>
+void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, SoftTile<T>& tile) {
     clear(queues);
     const T* const reaches = find_reaches(task, queues);
-    const Attributes<T, channels> attributes(task.boxes.layers);
+    const Attributes<T, kMostChannels> attributes(task.boxes.layers);
+    const bool has_relief = queues.keeps_heights;
     constexpr T largest = std::numeric_limits<T>::max();  // infinite depths would have no gap between them
     LayerOrder<T> order(task);
     blend_softly<T, kept>(
-        task, queues, tile, [&](SoftSamples<T, kept, has_relief> & samples) __attribute__((always_inline)) {
+        task, queues, tile, [&](SoftSamples<T, kept> & samples) __attribute__((always_inline)) {
             Layer layer;
             if (!order.next(layer)) return false;
             const std::uint32_t id = task.ids[layer.place];
@@ -473,7 +477,7 @@ void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, Tile
                 const double behind = underpaint_depth(task.boxes, id);
                 const T depth = behind < static_cast<double>(largest) ? static_cast<T>(behind) : largest;
                 samples.record = {id, depth, 0, reaches[order.next_place()]};
-                sample_softly<T, Kernel::gaussian>(task, task.underpaints[id], tile, samples,
+                sample_softly<T, Kernel::gaussian>(task, task.underpaints[id], tile, has_relief, samples,
                                                    static_cast<T>(kUnderpaintThickness));
                 return true;
             }
@@ -483,14 +487,14 @@ void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, Tile
             const Record<T>& record = task.records[id];
             if constexpr (kept == Shading::tints) {
                 if (has_tints(task, record)) {
-                    sample_softly<T, Kernel::bilinear, Shading::tints>(task, record, tile, samples);
+                    sample_softly<T, Kernel::bilinear, Shading::tints>(task, record, tile, has_relief, samples);
                     return true;
                 }
             }
             if (shows_streaks(task, record, id))
-                sample_softly<T, Kernel::bilinear, Shading::streaks>(task, record, tile, samples);
+                sample_softly<T, Kernel::bilinear, Shading::streaks>(task, record, tile, has_relief, samples);
             else
-                sample_softly<T, Kernel::bilinear>(task, record, tile, samples);
+                sample_softly<T, Kernel::bilinear>(task, record, tile, has_relief, samples);
             return true;
         });
 }
@@ -509,11 +513,9 @@ void blend_image(const TileTask<T>& task, TileState<T, channels, has_relief>& ti
     blend_all_layers<T>(task, tile);
 }
 
-template <class T, int channels, bool has_relief>
-void blend_image_softly(const TileTask<T>& task, SoftQueues<T>& queues, TileState<T, channels, has_relief>& tile) {
-    if constexpr (!has_relief) {
-        if (!has_layers(task)) return blend_all_softly<T>(task, queues, tile);
-    }
+template <class T>
+void blend_image_softly(const TileTask<T>& task, SoftQueues<T>& queues, SoftTile<T>& tile) {
+    if (!queues.keeps_heights && !has_layers(task)) return blend_all_softly<T>(task, queues, tile);
     if (task.params.has_tints) return blend_all_layers_softly<T, Shading::tints>(task, queues, tile);
     blend_all_layers_softly<T, Shading::streaks>(task, queues, tile);
 }
@@ -553,17 +555,14 @@ void paint_tile(const TileTask<T>& task, const Picture<T>& picture) {
 template <class T>
 void paint_tile_softly(const TileTask<T>& task, SoftQueues<T>& queues, const Picture<T>& picture) {
     if (task.num_ids == 0) return clear_tile(task, picture);
-    with_planes(picture, [&]<int channels, bool has_relief>() {
-        using Tile = TileState<T, channels, has_relief>;
-        Tile tile(task);
-        queues.is_crowd = false;
+    SoftTile<T> tile(task, num_soft_planes(task, queues));
+    queues.is_crowd = false;
+    blend_image_softly<T>(task, queues, tile);
+    if (queues.is_crowd) {
+        tile = SoftTile<T>(task);  // a crowd reads all planes
         blend_image_softly<T>(task, queues, tile);
-        if (queues.is_crowd) {
-            tile = Tile(task);
-            blend_image_softly<T>(task, queues, tile);
-        }
-        write_tile(task, tile, picture);
-    });
+    }
+    write_tile(task, tile, picture);
 }
 
 template <class T>

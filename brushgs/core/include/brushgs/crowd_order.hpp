@@ -12,19 +12,24 @@
 
 namespace brushgs::BRUSHGS_ISA {
 
-template <class T, Shading stored, int channels, bool has_relief>
+template <class T, Shading stored>
 class CrowdBlender {
     using L = Lanes<T>;
     using Real = typename L::Real;
-    using Tile = TileState<T, channels, has_relief>;
+    using Tile = SoftTile<T>;
     static constexpr int W = L::width, num_parts = kBlockPixels / W;
 
 public:
     CrowdBlender(const TileTask<T>& task, Crowd<T>& crowd, SoftState<T>& soft, Tile& tile)
-        : records_(task.records), attributes_(task.boxes.layers), crowd_(crowd), soft_(soft), tile_(tile) {}
+        : records_(task.records),
+          attributes_(task.boxes.layers),
+          num_channels_(task.boxes.layers.count),
+          crowd_(crowd),
+          soft_(soft),
+          tile_(tile) {}
 
     // Keeps the fragments of a record.
-    [[gnu::noinline]] void add(const SoftSamples<T, stored, has_relief>& samples) {
+    [[gnu::noinline]] void add(const SoftSamples<T, stored>& samples) {
         const auto row = static_cast<std::uint32_t>(crowd_.ids.size());
         Real largest[num_parts];
         for (Real& part : largest) part = L::set(0);
@@ -48,7 +53,7 @@ public:
                 L::store(soft_.light[b] + lane, after);
                 for (int c = 0; c < num_shades(stored); ++c)
                     L::store(shades_of(block, place, c) + lane, L::load(samples.shades[c][b] + lane));
-                if constexpr (has_relief)
+                if (crowd_.keeps_heights)
                     L::store(block.heights.get() + kBlockPixels * place + lane, L::load(samples.heights[b] + lane));
                 largest[part] = L::select(L::less(all, largest[part], alpha), alpha, largest[part]);
                 last |= L::bits(L::less(all, after, L::set(static_cast<T>(kLeastLight)))) << lane;
@@ -117,6 +122,7 @@ private:
         const T* const alphas = block.alphas.get();
         const std::uint32_t* const rows = block.rows.get();
         const std::uint32_t* const own = crowd_.own.data();
+        const bool has_relief = crowd_.keeps_heights;
         for (int part = 0; part < num_parts; ++part) {
             const int lane = part * W;
             const Real passing = L::load(behind + lane);
@@ -167,11 +173,11 @@ private:
                     else
                         planes[c] = planes[c] + of_color * L::set(record.color[c]);
                 }
-                for (int c = 0; c < channels; ++c)
-                    planes[3 + c] = planes[3 + c] + weight * L::set(attributes_.of(id, c));
-                if constexpr (has_relief)
-                    planes[3 + channels] =
-                        planes[3 + channels] + weight * L::load(block.heights.get() + kBlockPixels * place + lane);
+                for (int c = 0; c < kMostChannels; ++c)
+                    if (c < num_channels_) planes[3 + c] = planes[3 + c] + weight * L::set(attributes_.of(id, c));
+                if (has_relief)
+                    planes[Tile::num_planes - 1] = planes[Tile::num_planes - 1] +
+                                                   weight * L::load(block.heights.get() + kBlockPixels * place + lane);
                 sum = sum + weight;
                 light = L::select(kept, light - light * alpha, light);
             }
@@ -186,7 +192,8 @@ private:
     }
 
     const Record<T>* const records_;
-    const Attributes<T, channels> attributes_;
+    const Attributes<T, kMostChannels> attributes_;
+    const int num_channels_;
     Crowd<T>& crowd_;
     SoftState<T>& soft_;
     Tile& tile_;

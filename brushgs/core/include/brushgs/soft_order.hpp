@@ -17,7 +17,17 @@ namespace brushgs::BRUSHGS_ISA {
 
 constexpr std::size_t kRetiredAtOnce = 6;  // fewer are left waiting: sums are loaded and stored once for all
 
-// The data of a tile besides `TileState`, whose `transmittance` is here that of the visible retired fragments.
+// Painters in soft order take long to compile, so one serves pictures with and without layers and height.
+template <class T>
+using SoftTile = TileState<T, kMostChannels, true>;
+
+// The planes of a tile in use.
+template <class T>
+[[gnu::always_inline]] inline int num_soft_planes(const TileTask<T>& task, const SoftQueues<T>& queues) {
+    return queues.keeps_heights ? SoftTile<T>::num_planes : 3 + task.boxes.layers.count;
+}
+
+// The data of a tile besides `SoftTile`, whose `transmittance` is here that of the visible retired fragments.
 template <class T>
 struct SoftState {
     alignas(64) T light[kNumBlocks][kBlockPixels];    // behind all fragments so far, those not seen included
@@ -60,12 +70,12 @@ struct SoftRecord {
 };
 
 // What a record is at the pixels of a tile.
-template <class T, Shading stored, bool has_relief>
+template <class T, Shading stored>
 struct SoftSamples {
     SoftRecord<T> record;
     alignas(64) T alphas[kNumBlocks][kBlockPixels];
     alignas(64) T shades[stored == Shading::tints ? 3 : 1][stored == Shading::none ? 1 : kNumBlocks][kBlockPixels];
-    alignas(64) T heights[has_relief ? kNumBlocks : 1][kBlockPixels];
+    alignas(64) T heights[kNumBlocks][kBlockPixels];  // where they are kept
     std::uint16_t pixels[kNumBlocks];
     std::uint32_t blocks;
 };
@@ -80,21 +90,56 @@ struct BlockFragments {
     unsigned pixels;   // bit p: whether pixel p has one
 };
 
+// Fragments of one block that are added to the sums together.
+struct Retired {
+    int b;
+    const std::uint32_t *slots, *records;  // [count]
+    std::size_t count;
+};
+
+// Adds fragments to the sums of the layers of a picture, `attributes` of its records, and of its height.
+template <class T>
+[[gnu::noinline]] void add_layers(const Retired& retired, const FragmentSlot<T>* slots,
+                                  const Channels<const T>& attributes, const T* heights, SoftTile<T>& tile) {
+    using L = Lanes<T>;
+    using Real = typename L::Real;
+    for (int lane = 0; lane < kBlockPixels; lane += L::width) {
+        const auto add = [&](int plane, const auto& value_of) {
+            Real sum = L::load(tile.plane(plane, retired.b) + lane);
+            for (std::size_t k = 0; k < retired.count; ++k)
+                sum = sum + L::load(slots[retired.slots[k]].weight + lane) * value_of(k);
+            L::store(tile.plane(plane, retired.b) + lane, sum);
+        };
+        for (int c = 0; c < attributes.count; ++c) {
+            const Channel<const T> channel = attributes.channels[c];
+            add(3 + c, [&](std::size_t k) { return L::set(channel.values[retired.records[k] * channel.stride]); });
+        }
+        if (heights != nullptr)
+            add(SoftTile<T>::num_planes - 1,
+                [&](std::size_t k) { return L::load(heights + kBlockPixels * retired.slots[k] + lane); });
+    }
+}
+
 // Blends the records of one tile. All its functions are inlined, so that its fields live in registers: where the
 // columns of the queues lie is copied here because vector stores may touch any memory, and each field behind a
 // reference would be read anew after each of them.
-template <class T, Shading stored, int channels, bool has_relief>
+template <class T, Shading stored>
 class SoftBlender {
     using L = Lanes<T>;
     using Real = typename L::Real;
-    using Tile = TileState<T, channels, has_relief>;
+    using Tile = SoftTile<T>;
     static constexpr int W = L::width, num_parts = kBlockPixels / W;
     static constexpr unsigned kAllLanes = (1u << W) - 1;
 
 public:
     [[gnu::always_inline]] inline SoftBlender(const TileTask<T>& task, SoftQueues<T>& queues, SoftState<T>& soft,
                                               Tile& tile)
-        : records_(task.records), attributes_(task.boxes.layers), queues_(queues), soft_(soft), tile_(tile) {
+        : records_(task.records),
+          layers_(task.boxes.layers),
+          num_planes_(num_soft_planes(task, queues)),
+          queues_(queues),
+          soft_(soft),
+          tile_(tile) {
         copy_columns();
         num_free_ = queues.num_free;
     }
@@ -229,7 +274,7 @@ public:
                                                 L::set(std::numeric_limits<T>::min()));
                 const Real alpha = L::set(1) - L::load(tile_.light(b) + lane);
                 const Real factor = L::select(shared, alpha / weights, L::set(1));
-                for (int k = 0; k < Tile::num_planes; ++k) {
+                for (int k = 0; k < num_planes_; ++k) {
                     T* const plane = tile_.plane(k, b) + lane;
                     L::store(plane, L::load(plane) * factor);
                 }
@@ -342,7 +387,7 @@ private:
             for (int c = 0; c < num_shades(stored); ++c)
                 L::store(shades_of(slot_id, c) + lane,
                          L::load(fragments.shades + c * kNumBlocks * kBlockPixels + lane));
-            if constexpr (has_relief)
+            if (heights_ != nullptr)
                 L::store(heights_ + kBlockPixels * slot_id + lane, L::load(fragments.heights + lane));
             last |= L::bits(L::less(all, after, L::set(static_cast<T>(kLeastLight)))) << lane;
         }
@@ -364,8 +409,8 @@ private:
         }
         for (int part = 0; part < num_parts; ++part) {
             const int lane = part * W;
-            Real planes[Tile::num_planes];
-            for (int k = 0; k < Tile::num_planes; ++k) planes[k] = L::load(tile_.plane(k, b) + lane);
+            Real planes[3];
+            for (int k = 0; k < 3; ++k) planes[k] = L::load(tile_.plane(k, b) + lane);
             Real sum = L::load(soft_.weights[b] + lane), light = L::load(tile_.light(b) + lane);
             for (std::size_t k = 0; k < count; ++k) {
                 const FragmentSlot<T>& slot = slots_[slots[k]];
@@ -379,23 +424,20 @@ private:
                     else
                         planes[c] = planes[c] + of_color * L::set(record.color[c]);
                 }
-                for (int c = 0; c < channels; ++c)
-                    planes[3 + c] = planes[3 + c] + weight * L::set(attributes_.of(records[k], c));
-                if constexpr (has_relief)
-                    planes[3 + channels] =
-                        planes[3 + channels] + weight * L::load(heights_ + kBlockPixels * slots[k] + lane);
                 sum = sum + weight;
                 const auto shown = L::less(L::from_bits(~0u), L::set(0), weight);
                 light = L::select(shown, light - light * L::load(slot.alpha + lane), light);
             }
-            for (int k = 0; k < Tile::num_planes; ++k) L::store(tile_.plane(k, b) + lane, planes[k]);
+            for (int k = 0; k < 3; ++k) L::store(tile_.plane(k, b) + lane, planes[k]);
             L::store(soft_.weights[b] + lane, sum);
             L::store(tile_.light(b) + lane, light);
         }
+        if (num_planes_ > 3) add_layers({b, slots, records, count}, slots_, layers_, heights_, tile_);
     }
 
     const Record<T>* const records_;
-    const Attributes<T, channels> attributes_;
+    const Channels<const T>& layers_;
+    const int num_planes_;
     SoftQueues<T>& queues_;
     SoftState<T>& soft_;
     Tile& tile_;

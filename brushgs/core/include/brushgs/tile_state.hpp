@@ -53,11 +53,12 @@ struct TileState {
     std::uint32_t alive_blocks;
     T min_transmittance;  // a pixel is finished before it lets less light through
 
-    [[gnu::always_inline]] inline explicit TileState(const TileTask<T>& task) {
+    // With fewer planes in use than there are, the others are not to be read.
+    [[gnu::always_inline]] inline explicit TileState(const TileTask<T>& task, int num_used = num_planes) {
         min_transmittance = static_cast<T>(task.params.min_transmittance);
         for (Block& block : blocks_) {
             for (T& pixel : block.light) pixel = 1;
-            __builtin_memset(block.planes, 0, sizeof block.planes);
+            __builtin_memset(block.planes, 0, static_cast<std::size_t>(num_used) * sizeof block.planes[0]);
         }
         alive_blocks = open_pixels(task.params.width - task.x0, task.params.height - task.y0, alive);
     }
@@ -101,30 +102,31 @@ struct TileRows {
     alignas(64) T layers[channels > 0 ? channels : 1][kTileHeight][kTileWidth];
     alignas(64) T height[has_relief ? kTileHeight : 1][kTileWidth];
 
-    [[gnu::always_inline]] inline explicit TileRows(const TileState<T, channels, has_relief>& tile) {
+    [[gnu::always_inline]] inline TileRows(const TileState<T, channels, has_relief>& tile, const Picture<T>& picture) {
         for (int b = 0; b < kNumBlocks; ++b)
             for (int row = 0; row < kBlockSize; ++row)
-                take_four(tile, b, row * kBlockSize, b / kBlockColumns * kBlockSize + row,
+                take_four(tile, picture, b, row * kBlockSize, b / kBlockColumns * kBlockSize + row,
                           b % kBlockColumns * kBlockSize);
     }
 
 private:
     // Four pixels of block b, from p on, to (x, y).
-    [[gnu::always_inline]] inline void take_four(const TileState<T, channels, has_relief>& tile, int b, int p, int y,
-                                                 int x) {
+    [[gnu::always_inline]] inline void take_four(const TileState<T, channels, has_relief>& tile,
+                                                 const Picture<T>& picture, int b, int p, int y, int x) {
         using Four [[gnu::vector_size(4 * sizeof(T))]] = T;
         interleave(tile.plane(0, b) + p, tile.plane(1, b) + p, tile.plane(2, b) + p, rgb[y] + 3 * x);
         Four transmittance;
         __builtin_memcpy(&transmittance, tile.light(b) + p, sizeof transmittance);
         const Four opaque = T(1) - transmittance;
         __builtin_memcpy(alpha[y] + x, &opaque, sizeof opaque);
-        for (int c = 0; c < channels; ++c) {
+        for (int c = 0; c < channels && c < picture.layers.count; ++c) {
             Four sum;
             __builtin_memcpy(&sum, tile.plane(3 + c, b) + p, sizeof sum);
             const Four mean = opaque > 0 ? sum / opaque : Four{};
             __builtin_memcpy(layers[c][y] + x, &mean, sizeof mean);
         }
-        if constexpr (has_relief) __builtin_memcpy(height[y] + x, tile.plane(3 + channels, b) + p, sizeof opaque);
+        if (has_relief && picture.height != nullptr)
+            __builtin_memcpy(height[y] + x, tile.plane(3 + channels, b) + p, sizeof opaque);
     }
 };
 
@@ -149,14 +151,14 @@ template <class T>
 
 // Through rows: fetching a line of the picture takes long, and with fewer stores per line more lines are fetched at
 // once. A picture of 250 strokes takes 13 % less time. The picture by value: through a reference it would be reloaded
-// after every store.
+// after every store. The tile may have more planes than the picture.
 template <class T, int channels, bool has_relief>
 void write_tile(const TileTask<T>& task, const TileState<T, channels, has_relief>& tile, const Picture<T> picture) {
-    const TileRows<T, channels, has_relief> rows(tile);
+    const TileRows<T, channels, has_relief> rows(tile, picture);
     for_rows(task, [&](int y, std::size_t pixel, int count) {
         copy_row(picture.rgb + 3 * pixel, rows.rgb[y], 3 * count);
         copy_row(picture.alpha + pixel, rows.alpha[y], count);
-        for (int c = 0; c < channels; ++c) {
+        for (int c = 0; c < channels && c < picture.layers.count; ++c) {
             const Channel<T> layer = picture.layers.channels[c];
             T* const to = layer.values + pixel * layer.stride;
             if (layer.stride == 1)
@@ -164,7 +166,7 @@ void write_tile(const TileTask<T>& task, const TileState<T, channels, has_relief
             else
                 for (int x = 0; x < count; ++x) to[static_cast<std::size_t>(x) * layer.stride] = rows.layers[c][y][x];
         }
-        if constexpr (has_relief) copy_row(picture.height + pixel, rows.height[y], count);
+        if (has_relief && picture.height != nullptr) copy_row(picture.height + pixel, rows.height[y], count);
     });
 }
 
