@@ -138,13 +138,12 @@ def overpaint_of(
 def _stage_depth(site: "Site | None", first_view: FirstView, camera: Camera) -> F64 | None:
     """The depth of the stage in a view, which encloses it; None where a scene gets none."""
     from brushgs.passes.add.backdrop import reason_for_none
-    from brushgs.passes.add.stage import surface_of
-    from brushgs.passes.add.stage_surface import depth_of
+    from brushgs.passes.add.stage_surface import depth_of, surface_around
 
     if site is None or reason_for_none(first_view, []) is not None:
         return None
     away = float(np.hypot(*site.place.local(camera.position[None])[0, [0, 2]]))
-    return depth_of(surface_of(site, away), site.place, camera)
+    return depth_of(surface_around(site.place, away, site.ground), site.place, camera)
 
 
 def _moment(scene: SceneSource) -> float | None:

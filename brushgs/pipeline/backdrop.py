@@ -32,12 +32,10 @@ if TYPE_CHECKING:
     from brushgs.passes.form.edges import Edges
     from brushgs.rendering.plain import PlainViews
 
-USUAL_STROKES = 6000  # of a painting, at which the strokes of a stage have their usual size
 LOOKED_AT = 160  # pixels, longer side of the picture that shows whether a scene fills it
 LEAST_NEAR = 0.05  # nearness to an outline above which a stroke is at it
 THIN = 0.4  # height of the paint along an outline, relative to the stage
 MOST_CHROMA = 0.075  # of a stage in the hues of a style, OKLab: it stays behind its subject
-SIZES = (0.6, 1.8)  # least and most size of the strokes of a stage, however many the subject has
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +131,7 @@ def _stage(
 ) -> tuple[Coat, Materials, F32 | None]:
     from brushgs.passes.add.stage import open_stage
     from brushgs.passes.add.stage_ground import dissolved
-    from brushgs.passes.add.stage_paint import Brushwork
+    from brushgs.passes.add.stage_paint import Brushwork, size_beside
     from brushgs.pipeline.media.media import stage_of
     from brushgs.pipeline.media.staging import Staging
 
@@ -144,8 +142,7 @@ def _stage(
         manner_of(setting.styles) if config.media.kind == "paint" and ground.stage_colors is None else None
     )
     stage = open_stage(site, strokes, setting.cameras, tone, suns, values=values)
-    least, most = SIZES
-    size = min(max((USUAL_STROKES / len(strokes)) ** 0.5, least), most) * ground.stage_size
+    size = size_beside(len(strokes)) * ground.stage_size
     brushwork = Brushwork(size, ground.stage_aspect, ground.stage_jitter, ground.shadow, manner)
     has_colors = ground.stage_colors is not None or manner is not None
     finished = partial(_finished, setting=setting, has_colors=has_colors, seed=seed)

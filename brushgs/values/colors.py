@@ -28,6 +28,7 @@ OKLAB_FROM_ROOTS = np.array(
         [0.0259040371, 0.7827717662, -0.8086757660],
     ]
 )
+OKLAB = CONES_FROM_RGB, OKLAB_FROM_ROOTS
 
 
 def rgb_of(color: str) -> tuple[float, float, float]:

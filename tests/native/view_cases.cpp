@@ -136,34 +136,45 @@ Steps relief(const Gaussians<T>& scene, int) {
 template <class T>
 Steps stage(const Gaussians<T>& scene, int) {
     Steps steps;
-    const std::vector<double> points(scene.means.begin(), scene.means.end());
-    std::vector<double> weights(scene.opacities.begin(), scene.opacities.end());
-    for (std::size_t i = 0; i < scene.count; ++i) weights[i] *= static_cast<double>(scene.scales[3 * i]);
+    if (scene.count == 0) return steps;
     Random random(72);
-    const auto lab = random.numbers<double>(3 * scene.count, 0, 0.3);
-    const std::vector<std::uint8_t> level(scene.count, 1);
-    const double lamp[3] = {-0.56, 0.71, -0.42}, radius = 1.5;
-    const auto standing = brushgs::find_standing(points.data(), weights, radius);
-    const auto ground = brushgs::find_ground(
-        {points.data(), level.data(), weights.data(), lab.data(), scene.count, radius, standing.height});
-    const auto shadow = brushgs::cast_shadow({points.data(), weights.data(), lab.data(), scene.count, radius, lamp});
-    const auto profile = brushgs::profile_around(radius, standing.width, standing.height, 6, 0);
+    const brushgs::Oklab oklab(kCones, kLab);
+    constexpr double axes[9] = {1, 0, 0, 0, -1, 0, 0, 0, 1}, lamp[3] = {-0.56, 0.71, -0.42};
+    const auto site = brushgs::find_site<T>({scene.means.data(), scene.quats.data(), scene.scales.data(),
+                                             scene.opacities.data(), scene.sh.data(), scene.count, scene.sh_terms},
+                                            axes, lamp, oklab);
+    const brushgs::Place& place = site.place;
+    const double radius = place.radius;
+    const auto shadow =
+        brushgs::cast_shadow({site.points.data(), site.weights.data(), site.lab.data(), scene.count, radius, lamp});
+    const auto profile = brushgs::profile_around(radius, place.width, place.height, 6 * radius, site.ground.extent);
     const brushgs::ProfileView view(profile);
-    const auto sizes = brushgs::stroke_sizes(view, radius, standing.width, {6, 5});
-    std::vector<double> cells;
-    for (const double size : sizes) cells.push_back(size * size / 8);
-    const std::size_t count = std::min<std::size_t>(brushgs::count_spots(view, cells.data(), 8), 400);
-    const auto noise = random.numbers<double>(brushgs::kSpotNoise * count, -1, 1);
-    const auto spots = brushgs::place_spots(view, cells.data(), count, 0.3, noise.data());
     const brushgs::ShadowView shades{shadow.shade.data(), shadow.contact.data(), shadow.reflected.data(), radius, lamp};
-    for (std::size_t i = 0; i < count; ++i) {
-        const auto shade = shades.at(&spots.points[3 * i]);
-        for (const double value : {shade.shade, shade.contact, shade.reflected[0]}) steps.add(value);
+    const auto usual = brushgs::stroke_sizes(view, radius, place.width, {6 * radius, 5 * radius});
+    const brushgs::LayerQuery query{view, usual.data(), brushgs::size_beside(scene.count), radius, {shades}};
+    const auto counts = brushgs::count_layers(query);
+    const auto broad = random.numbers<double>(brushgs::kSpotNoise * counts[0], -1, 1),
+               fine = random.numbers<double>(brushgs::kSpotNoise * counts[1], -1, 1),
+               waves = random.numbers<double>(8 * brushgs::kWaves, 0, 1);
+    const auto spots = brushgs::lay_layers(query, {broad.data(), fine.data()});
+    const auto& maps = site.ground;
+    const brushgs::GroundView ground(maps.coverage.data(), maps.lab.data(), maps.extent, radius);
+    const auto* const own = maps.is_found ? &ground : nullptr;
+    auto lab = brushgs::surface_colors(view, spots.view(), {{0.6, 0.02, 0.03}, {0.4, -0.01, -0.02}, 0.14, 0}, own);
+    brushgs::shade_colors(spots.view(), shades, 0.6, own, lab.data());
+    const auto frames = brushgs::stage_frames(view, spots.view(), waves.data(), radius, true);
+    const auto strokes = brushgs::strokes_on<T>(place, spots.view(), frames.data(), lab.data(),
+                                                {2.4, {0.008, 0.004}, nullptr, nullptr}, oklab);
+    for (std::size_t i = 0; i < strokes.means.size(); ++i) {
+        const std::size_t k = i % 3;
+        steps.add((static_cast<double>(strokes.means[i]) - place.foot[k]) / radius);
+        steps.add(static_cast<double>(strokes.scales[i]) / radius);
     }
-    steps.add_all(spots.points);
-    steps.add_all(ground.coverage);
-    steps.add_all(ground.lab);
-    steps.add(ground.level);
+    steps.add_all(strokes.quats);
+    steps.add_all(strokes.sh);
+    steps.add_all(maps.coverage);
+    steps.add_all(maps.lab);
+    steps.add(maps.level);
     return steps;
 }
 

@@ -88,7 +88,7 @@ private:
     LevelGrid grid_;
 
     double height_of(std::size_t row, double level) const { return query_.points[3 * row + 1] - level; }
-    bool is_in_band(double height) const { return std::abs(height) < kGroundBand * query_.radius; }
+    bool is_in_band(double height) const { return is_on_ground(height, query_.radius); }
 
     template <class Factor>
     Doubles sums(const Factor& factor) const {
@@ -219,12 +219,11 @@ private:
 
 GroundMaps find_ground(const GroundQuery& query) { return Search(query).run(); }
 
-Dissolving dissolving_at(const double* coverage, double radius, const double* point) {
-    const LevelGrid grid{kGroundSide, kGroundReach * radius};
-    const double covered = grid.sample(coverage, point[0], point[2]);
+Dissolving GroundView::dissolving_at(const double* point, double radius) const {
+    const double covered = covered_at(point);
     const double out = std::clamp(1 - (covered - kEdge[0]) / (kEdge[1] - kEdge[0]), 0.0, 1.0);
     const double height = point[1] / (kGroundBand * radius);
-    return {std::abs(point[1]) < kGroundBand * radius ? out * out * (3 - 2 * out) : 0.0,
+    return {is_on_ground(point[1], radius) ? out * out * (3 - 2 * out) : 0.0,
             height < -1 || (height < kHangs && covered < kCore)};
 }
 

@@ -12,14 +12,18 @@ namespace {
 constexpr std::size_t kSteps = 400;             // of a profile
 constexpr double kBeyondEye = 1.5;              // distance of the wall, relative to the farthest camera
 constexpr double kTable = 3.0;                  // radius of the level table, relative to the subject
-constexpr double kLeastWall = 3.0;              // minimum distance of the wall, in the same unit
+constexpr double kOnGround = 1.15;              // radius of the table under a ground, relative to its covered area
 constexpr double kRise = 0.85, kTop = 1.1;      // heights of the cove and of the wall above it, in its distances
 constexpr double kGolden = 2.3999632297286535;  // the golden angle, pi (3 - sqrt(5)): no two spots line up
 // Sizes of strokes, the root of length times width, in widths of the picture: near the subject and far from it, by
 // distance in its radii; and the minimum, in radii, even for a close camera.
 constexpr double kNearSize = 0.12, kFarSize = 0.26, kFar = 3.0, kLeastSize = 0.1;
-constexpr double kSway = 0.9, kLoose = 0.16;  // of directions on the wall, radians: broad waves; every stroke
-constexpr double kTableSway = 0.16;
+constexpr double kJitter = 0.35;  // of places, in widths of a cell
+struct Sway {
+    double most, frequency;  // radians; in radii of the subject
+};
+constexpr Sway kTableSway{0.16, 0.8}, kWallSway{0.9, 0.35};  // of directions, in broad waves
+constexpr double kLoose = 0.16;                              // radians, of every stroke
 constexpr double kLevelUpTo = 0.7;         // share of the table beyond which strokes turn along its edge
 constexpr double kBlend[2] = {0.02, 0.6};  // slopes of the cove over which table blends into wall, radians
 constexpr double kUpper = 0.10, kFarTable = 0.04, kFront = 0.03;  // darkening of the wall upward, of the table
@@ -43,24 +47,28 @@ double gradient(const double* values, std::size_t count, std::size_t i) {
     return (values[i + 1] - values[i - 1]) / 2;
 }
 
-// [steps] cells from the axis to each step.
-std::vector<double> running_cells(const ProfileView& profile, const double* cells) {
-    std::vector<double> counts(profile.steps);
-    double sum = 0;
-    for (std::size_t i = 0; i < profile.steps; ++i) {
-        const double ring = 2 * std::numbers::pi * profile.rho[i] * gradient(profile.length, profile.steps, i);
-        counts[i] = sum += ring / cells[i];
-    }
-    return counts;
-}
+// [steps] the area of the cell of a stroke, and the number of cells from the axis to each step.
+struct Cells {
+    std::vector<double> areas, counts;
 
-// Smooth noise of standard deviation 1 at a point.
-double wave_at(const double* point, double unit, const double* waves) {
+    Cells(const ProfileView& profile, const double* sizes, double overlap) {
+        double sum = 0;
+        for (std::size_t i = 0; i < profile.steps; ++i) {
+            const double ring = 2 * std::numbers::pi * profile.rho[i] * gradient(profile.length, profile.steps, i);
+            areas.push_back(sizes[i] * sizes[i] / overlap);
+            counts.push_back(sum += ring / areas[i]);
+        }
+    }
+};
+
+// Smooth noise of standard deviation 1 at a point, of random numbers [kWaves, 4].
+double wave_at(const double* point, double unit, double frequency, const double* waves) {
     double sum = 0;
     for (std::size_t i = 0; i < kWaves; ++i) {
         const double* wave = waves + 4 * i;
-        const double at = point[0] / unit * wave[0] + point[1] / unit * wave[1] + point[2] / unit * wave[2];
-        sum += std::sin(at + wave[3]);
+        double at = 0;
+        for (std::size_t k = 0; k < 3; ++k) at += point[k] / unit * (frequency * wave[k]);
+        sum += std::sin(at + 2 * std::numbers::pi * wave[3]);
     }
     return sum / std::sqrt(0.5 * static_cast<double>(kWaves));
 }
@@ -71,14 +79,14 @@ Vector cross(const Vector& a, const Vector& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// Level, or around the axis beyond a share of the table; on the surface.
-Vector base_direction(const FrameQuery& query, const double* point, const Vector& around, const Vector& normal) {
-    const double share = (std::hypot(point[0], point[2]) / query.table - kLevelUpTo) / (1 - kLevelUpTo);
+// Around the axis, seen from one side level up to a share of the table; on the surface.
+Vector base_direction(double rho_of_table, bool is_still, const Vector& around, const Vector& normal) {
+    const double share = (rho_of_table - kLevelUpTo) / (1 - kLevelUpTo);
     const double seam = std::clamp(share, 0.0, 1.0), side = around[0] < 0 ? -1 : 1;
     Vector base;
     double off = 0, squares = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-        const double level = query.is_still ? (k == 0 ? 1.0 : 0.0) : around[k];
+        const double level = is_still ? (k == 0 ? 1.0 : 0.0) : around[k];
         base[k] = (1 - seam) * level + seam * around[k] * side;
         off += base[k] * normal[k];
     }
@@ -94,9 +102,10 @@ double smooth_step(double x) {
 
 }  // namespace
 
-StageProfile profile_around(double radius, double width, double height, double farthest, double least_table) {
-    const double table = std::max(kTable * std::max({1.2 * width, radius, 0.8 * height}), least_table);
-    const double wall = std::max({kLeastWall * radius, kBeyondEye * farthest, 1.6 * table}), rise = kRise * wall;
+StageProfile profile_around(double radius, double width, double height, double farthest, double ground_extent) {
+    const double usual = kTable * std::max({1.2 * width, radius, 0.8 * height});
+    const double table = std::max(usual, kOnGround * ground_extent);
+    const double wall = std::max(kBeyondEye * farthest, 1.6 * table), rise = kRise * wall;
     constexpr std::size_t level = kSteps / 4, cove = kSteps / 2, upright = kSteps / 4;
     StageProfile profile{{}, {}, {}, table, wall};
     const auto add = [&](double rho, double up) {
@@ -114,18 +123,19 @@ StageProfile profile_around(double radius, double width, double height, double f
     return profile;
 }
 
-std::vector<double> profile_slopes(const ProfileView& profile) {
+std::vector<double> along_profile(const ProfileView& profile, const double* values, const double* along,
+                                  std::size_t count) {
+    std::vector<double> found(count);
+    std::transform(along, along + count, found.begin(),
+                   [&](double at) { return interpolated(profile.length, values, profile.steps, at); });
+    return found;
+}
+
+std::vector<double> slopes_at(const ProfileView& profile, const double* along, std::size_t count) {
     std::vector<double> slopes(profile.steps);
     for (std::size_t i = 0; i < profile.steps; ++i)
         slopes[i] = std::atan2(gradient(profile.height, profile.steps, i), gradient(profile.rho, profile.steps, i));
-    return slopes;
-}
-
-std::vector<double> along_profile(const ProfileView& profile, const double* values, const std::vector<double>& along) {
-    std::vector<double> found(along.size());
-    std::ranges::transform(along, found.begin(),
-                           [&](double at) { return interpolated(profile.length, values, profile.steps, at); });
-    return found;
+    return along_profile(profile, slopes.data(), along, count);
 }
 
 std::vector<double> stroke_sizes(const ProfileView& profile, double radius, double width, const StageEye& eye) {
@@ -139,25 +149,29 @@ std::vector<double> stroke_sizes(const ProfileView& profile, double radius, doub
     return sizes;
 }
 
-std::size_t count_spots(const ProfileView& profile, const double* cells, double until) {
-    const auto counts = running_cells(profile, cells);
+std::size_t count_spots(const ProfileView& profile, const double* sizes, double overlap, double until) {
+    const auto counts = Cells(profile, sizes, overlap).counts;
     const auto last =
         static_cast<std::size_t>(std::lower_bound(profile.rho, profile.rho + profile.steps, until) - profile.rho);
     return static_cast<std::size_t>(counts[std::min(last, profile.steps - 1)]);
 }
 
-StageSpots place_spots(const ProfileView& profile, const double* cells, std::size_t count, double jitter,
+StageSpots place_spots(const ProfileView& profile, const double* sizes, double overlap, std::size_t count,
                        const double* noise) {
-    const auto counts = running_cells(profile, cells);
+    const Cells cells(profile, sizes, overlap);
     const std::size_t steps = profile.steps;
-    StageSpots spots{std::vector<double>(3 * count), std::vector<double>(count), std::vector<double>(count)};
+    StageSpots spots{std::vector<double>(3 * count),
+                     std::vector<double>(count),
+                     std::vector<double>(count),
+                     {},
+                     {noise, noise + kSpotNoise * count}};
     for (std::size_t i = 0; i < count; ++i) {
         const double place = static_cast<double>(i) + 0.5;
-        double along = interpolated(counts.data(), profile.length, steps, place), around = place * kGolden;
+        double along = interpolated(cells.counts.data(), profile.length, steps, place), around = place * kGolden;
         const double rho = interpolated(profile.length, profile.rho, steps, along);
-        const double width = std::sqrt(interpolated(profile.length, cells, steps, along));
-        along = std::clamp(along + jitter * width * noise[kSpotNoise * i], 0.0, profile.length[steps - 1]);
-        around += jitter * width / std::max(rho, width) * noise[kSpotNoise * i + 1];
+        const double width = std::sqrt(interpolated(profile.length, cells.areas.data(), steps, along));
+        along = std::clamp(along + kJitter * width * noise[kSpotNoise * i], 0.0, profile.length[steps - 1]);
+        around += kJitter * width / std::max(rho, width) * noise[kSpotNoise * i + 1];
         const double moved = interpolated(profile.length, profile.rho, steps, along);
         spots.points[3 * i] = moved * std::cos(around);
         spots.points[3 * i + 1] = interpolated(profile.length, profile.height, steps, along);
@@ -165,43 +179,58 @@ StageSpots place_spots(const ProfileView& profile, const double* cells, std::siz
         spots.along[i] = along;
         spots.around[i] = around;
     }
+    spots.sizes = along_profile(profile, sizes, spots.along.data(), count);
     return spots;
 }
 
-void surface_colors(const StagePoints& at, const StageTones& tones, double wall, const double* ground_lab,
-                    double ground_extent, double* lab) {
-    for (std::size_t i = 0; i < at.count; ++i) {
-        const double *point = at.points + 3 * i, right = point[0], height = point[1], away = point[2];
+std::vector<double> surface_colors(const ProfileView& profile, const SpotsView& spots, const StageTones& tones,
+                                   const GroundView* ground) {
+    const auto slopes = slopes_at(profile, spots.along, spots.count);
+    const double wall = profile.wall;
+    std::vector<double> lab(3 * spots.count);
+    for (std::size_t i = 0; i < spots.count; ++i) {
+        const double *point = spots.points + 3 * i, right = point[0], height = point[1], away = point[2];
         std::array<double, 3> table = tones.table, upright = tones.wall;
         const double far = std::clamp(away / wall, -1.0, 1.0);
         table[0] -= far > 0 ? kFarTable * far : -kFront * far;
-        if (ground_lab != nullptr) {  // near a ground, the table is like it
-            const double near = std::clamp(1.5 - std::hypot(right, away) / ground_extent, 0.0, 1.0);
+        if (ground != nullptr) {  // near a ground, the table is like it
+            const double near = std::clamp(1.5 - std::hypot(right, away) / ground->extent, 0.0, 1.0);
             for (std::size_t k = 0; k < 3; ++k)
-                table[k] += near * (ground_lab[3 * i + k] - tones.table[k]) * (k == 0 ? 1 : 0.8);
+                table[k] += near * (ground->lab_at(point, k) - tones.table[k]) * (k == 0 ? 1 : 0.8);
         }
         upright[0] += tones.slope * std::clamp(right / wall, -1.0, 1.0);
         upright[0] -= kUpper * std::clamp(height / wall, 0.0, 1.0);
-        const double share = smooth_step((at.slopes[i] - kBlend[0]) / (kBlend[1] - kBlend[0]));
+        const double share = smooth_step((slopes[i] - kBlend[0]) / (kBlend[1] - kBlend[0]));
         for (std::size_t k = 0; k < 3; ++k) lab[3 * i + k] = table[k] + share * (upright[k] - table[k]);
+    }
+    return lab;
+}
+
+void shade_colors(const SpotsView& spots, const ShadowView& shadow, double strength, const GroundView* ground,
+                  double* lab) {
+    for (std::size_t i = 0; i < spots.count; ++i, lab += 3) {
+        const double* const point = spots.points + 3 * i;
+        const double share = strength * (1 - (ground != nullptr ? ground->covered_at(point) : 0));
+        const Shade shade = shadow.at(point);
+        for (std::size_t k = 0; k < 2; ++k)
+            lab[1 + k] += share * kReflected * shade.reflected[k] + share * shade.shade * kCooler[k];
+        lab[0] *= (1 - kDarkest * share * shade.shade) * (1 - kContact * share * shade.contact);
     }
 }
 
-void shade_color(const Shade& shade, double share, double* lab) {
-    for (std::size_t k = 0; k < 2; ++k)
-        lab[1 + k] += share * kReflected * shade.reflected[k] + share * shade.shade * kCooler[k];
-    lab[0] *= (1 - kDarkest * share * shade.shade) * (1 - kContact * share * shade.contact);
-}
-
-void stage_frames(const FrameQuery& query, double* frames) {
-    for (std::size_t i = 0; i < query.at.count; ++i) {
-        const double* const point = query.at.points + 3 * i;
-        const double slope = query.at.slopes[i], cos = std::cos(query.around[i]), sin = std::sin(query.around[i]);
+std::vector<double> stage_frames(const ProfileView& profile, const SpotsView& spots, const double* waves, double radius,
+                                 bool is_still) {
+    const auto slopes = slopes_at(profile, spots.along, spots.count);
+    std::vector<double> frames(9 * spots.count);
+    for (std::size_t i = 0; i < spots.count; ++i) {
+        const double* const point = spots.points + 3 * i;
+        const double slope = slopes[i], cos = std::cos(spots.around[i]), sin = std::sin(spots.around[i]);
         const Vector normal{-std::sin(slope) * cos, std::cos(slope), -std::sin(slope) * sin};
-        const Vector base = base_direction(query, point, {-sin, 0, cos}, normal), across = cross(normal, base);
-        const bool is_table = slope < kBlend[1];
-        const double wave = wave_at(point, query.radius, is_table ? query.table_waves : query.wall_waves);
-        const double turn = (is_table ? kTableSway : kSway) * wave + kLoose * query.turns[i];
+        const double of_table = std::hypot(point[0], point[2]) / profile.table;
+        const Vector base = base_direction(of_table, is_still, {-sin, 0, cos}, normal), across = cross(normal, base);
+        const Sway sway = slope < kBlend[1] ? kTableSway : kWallSway;
+        const double wave = wave_at(point, radius, sway.frequency, waves + (slope < kBlend[1] ? 0 : 4 * kWaves));
+        const double turn = sway.most * wave + kLoose * spots.noise[kSpotNoise * i + 6];
         Vector along;
         for (std::size_t k = 0; k < 3; ++k) along[k] = std::cos(turn) * base[k] + std::sin(turn) * across[k];
         const Vector aside = cross(normal, along);
@@ -211,6 +240,7 @@ void stage_frames(const FrameQuery& query, double* frames) {
             frames[9 * i + 3 * k + 2] = normal[k];
         }
     }
+    return frames;
 }
 
 }  // namespace brushgs

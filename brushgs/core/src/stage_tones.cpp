@@ -23,24 +23,49 @@ constexpr double kApart[2] = {0.06, 0.16}, kOpened = 0.12;  // and more if the v
 constexpr double kComplement = 0.6, kLeastChroma = 0.018, kMostChroma = 0.045;  // of the subject's color in the wall
 constexpr std::array<double, 2> kWarm{0.010, 0.030}, kCool{-0.005, -0.022};     // a and b of the table instead
 constexpr double kOfSubject = 0.2;                                              // of the subject's color in the table
-constexpr double kOnTable = 1.15;  // radii of the table as far as which it is seen
+constexpr double kOnTable = 1.15;      // radii of the table as far as which it is seen
+constexpr double kFringe = 1.5;        // radius of a ground with its torn border, relative to its covered area
+constexpr double kBorderShare = 0.08;  // of the smaller side of a picture, on each side
 
-void add_pixel(const OutlineView& view, std::size_t row, std::size_t column, double lightness, Outline& outline) {
-    const double x = (static_cast<double>(column) + 0.5 - view.cx) / view.fx;
-    const double y = (static_cast<double>(row) + 0.5 - view.cy) / view.fy;
-    std::array<double, 3> ray;
-    for (std::size_t k = 0; k < 3; ++k) ray[k] = x * view.rays[k] + y * view.rays[3 + k] + view.rays[6 + k];
-    const double down = -ray[1];
-    const double reach = down > 1e-9 ? view.eye[1] / down : std::numeric_limits<double>::infinity();
-    const double far = std::min(reach, 1e6 * view.radius);
-    const double hits = std::hypot(view.eye[0] + far * ray[0], view.eye[2] + far * ray[2]);
-    const bool is_table = std::isfinite(reach) && reach > 0 && hits < kOnTable * view.table;
-    if (is_table && !(hits > view.own)) return;
-    const double level = ray[0] / std::max(std::hypot(ray[0], ray[2]), 1e-12);
-    outline.lightness.push_back(lightness);
-    outline.is_table.push_back(is_table);
-    outline.lateral.push_back((view.eye[0] + level * view.wall) / view.wall);
-}
+// Adds pixels by what of the stage is behind them.
+class Behind {
+public:
+    Behind(const OutlineView& view, const Place& place, const ProfileView& profile, double ground_extent)
+        : view_(view),
+          table_(kOnTable * profile.table),
+          wall_(profile.wall),
+          own_(kFringe * ground_extent),
+          farthest_(1e6 * place.radius),
+          eye_(place.eye_of(view.viewmat)) {
+        for (std::size_t i = 0; i < 27; ++i) {
+            const std::size_t row = i / 9, k = i / 3 % 3, axis = i % 3;
+            rays_[3 * row + axis] += view.viewmat[4 * row + k] * place.axes[3 * axis + k];
+        }
+    }
+
+    void add(std::size_t row, std::size_t column, double lightness, Outline& outline) const {
+        const double x = (static_cast<double>(column) + 0.5 - view_.cx) / view_.fx;
+        const double y = (static_cast<double>(row) + 0.5 - view_.cy) / view_.fy;
+        std::array<double, 3> ray;
+        for (std::size_t k = 0; k < 3; ++k) ray[k] = x * rays_[k] + y * rays_[3 + k] + rays_[6 + k];
+        const double down = -ray[1];
+        const double reach = down > 1e-9 ? eye_[1] / down : std::numeric_limits<double>::infinity();
+        const double far = std::min(reach, farthest_);
+        const double hits = std::hypot(eye_[0] + far * ray[0], eye_[2] + far * ray[2]);
+        const bool is_table = std::isfinite(reach) && reach > 0 && hits < table_;
+        if (is_table && !(hits > own_)) return;
+        const double level = ray[0] / std::max(std::hypot(ray[0], ray[2]), 1e-12);
+        outline.lightness.push_back(lightness);
+        outline.is_table.push_back(is_table);
+        outline.lateral.push_back((eye_[0] + level * wall_) / wall_);
+    }
+
+private:
+    const OutlineView& view_;
+    double table_, wall_, own_, farthest_;
+    std::array<double, 3> eye_;     // local
+    std::array<double, 9> rays_{};  // local directions of right, down and forward, in rows
+};
 
 // Pixels of an outline before the table, or before the wall, that stand out.
 std::size_t num_reading(const Outline& outline, bool is_table, double lightness, double slope) {
@@ -83,9 +108,10 @@ void set_hues(const std::array<double, 3>& mean, StageTones& tones) {
 
 }  // namespace
 
-Outline outline_in(const OutlineView& view) {
+Outline outline_in(const OutlineView& view, const Place& place, const ProfileView& profile, double ground_extent,
+                   const Oklab& oklab) {
     const std::size_t height = view.height, width = view.width, pixels = height * width;
-    const Oklab oklab(view.cones_from_rgb, view.lab_from_roots);
+    const Behind behind(view, place, profile, ground_extent);
     std::vector<double> mask(pixels), planes[5];  // of alpha, red, green, blue, and the mask itself, where it is
     for (auto& plane : planes) plane.resize(pixels);
     for (std::size_t i = 0; i < pixels; ++i) {
@@ -102,7 +128,7 @@ Outline outline_in(const OutlineView& view) {
             if (!(mask[i] > 0) || !(planes[4][i] < kNearly)) continue;
             std::array<double, 3> rgb;
             for (std::size_t k = 0; k < 3; ++k) rgb[k] = std::clamp(planes[1 + k][i] / planes[0][i], 0.0, 1.0);
-            add_pixel(view, row, column, oklab.lab_of(rgb)[0], outline);
+            behind.add(row, column, oklab.lab_of(rgb)[0], outline);
         }
     }
     return outline;
@@ -142,5 +168,41 @@ StageTones choose_tones(const Outline& outline, const ToneChoice& choice) {
     for (std::size_t k = 1; k < 3 && choice.ground != nullptr; ++k) best.table[k] = choice.ground[k];
     return best;
 }
+
+template <class T>
+double border_alpha(const T* alpha, std::size_t height, std::size_t width) {
+    const double wide = std::nearbyint(kBorderShare * static_cast<double>(std::min(width, height)));
+    const auto side = static_cast<std::size_t>(std::max(wide, 1.0));
+    double sum = 0, count = 0;
+    for (std::size_t i = 0; i < height * width; ++i) {
+        const std::size_t row = i / width, column = i % width;
+        if (row >= side && row + side < height && column >= side && column + side < width) continue;
+        sum += static_cast<double>(alpha[i]);
+        ++count;
+    }
+    return count > 0 ? sum / count : 0;
+}
+
+template <class T>
+std::array<double, 3> mean_lab(const T* sh, std::size_t sh_terms, const double* weights, std::size_t count,
+                               const Oklab& oklab) {
+    std::array<double, 3> mean{};
+    double sum = 0;
+    for (std::size_t i = 0; i < count; ++i, sh += 3 * sh_terms) {
+        const auto lab = oklab.lab_of({base_color(sh, 0), base_color(sh, 1), base_color(sh, 2)});
+        sum += weights[i];
+        for (std::size_t k = 0; k < 3; ++k) mean[k] += weights[i] * lab[k];
+    }
+    if (!(sum > 0)) return oklab.lab_of({0.5, 0.5, 0.5});
+    for (double& value : mean) value /= sum;
+    return mean;
+}
+
+#define BRUSHGS_INSTANTIATE(T)                                           \
+    template double border_alpha<T>(const T*, std::size_t, std::size_t); \
+    template std::array<double, 3> mean_lab<T>(const T*, std::size_t, const double*, std::size_t, const Oklab&);
+BRUSHGS_INSTANTIATE(float)
+BRUSHGS_INSTANTIATE(double)
+#undef BRUSHGS_INSTANTIATE
 
 }  // namespace brushgs

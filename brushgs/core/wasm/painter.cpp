@@ -194,7 +194,7 @@ BRUSHGS_EXPORT(show) void show(const double* numbers) {
     shown[0] = painted;
     shown[1] = {};
     if (numbers != nullptr) {
-        const double *look = numbers + 26, *cones_from_rgb = look + 9, *lab_from_roots = look + 18;
+        const double *look = numbers + 26, *cones_from_rgb = look + 6, *lab_from_roots = look + 15;
         brushgs::StagedStrokes staged = brushgs::staged_strokes(scene, painted.strokes,
                                                                 {.view = view_of(numbers),
                                                                  .level = numbers + 17,
@@ -204,15 +204,12 @@ BRUSHGS_EXPORT(show) void show(const double* numbers) {
                                                                  .chroma = look[3],
                                                                  .shadow = look[4],
                                                                  .values = look[5],
-                                                                 .least_size = look[6],
-                                                                 .most_size = look[7],
-                                                                 .usual_strokes = look[8],
                                                                  .cones_from_rgb = cones_from_rgb,
                                                                  .lab_from_roots = lab_from_roots});
         shown[0].strokes.opacities = std::move(staged.opacities);
         shown[0].strokes.sh = std::move(staged.sh);
         shown[1].strokes = std::move(staged.stage);
-        raise(shown[1], lights_of(painted.strokes, cones_from_rgb, lab_from_roots), look[27], cones_from_rgb,
+        raise(shown[1], lights_of(painted.strokes, cones_from_rgb, lab_from_roots), look[24], cones_from_rgb,
               lab_from_roots);
         for (Paint& paint : shown) arrange(paint);
     }

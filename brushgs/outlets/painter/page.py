@@ -38,7 +38,6 @@ from brushgs.passes.form.solid import STRENGTH
 from brushgs.passes.reduce.features import COLOR_WEIGHT
 from brushgs.passes.reduce.lloyd import GAIN, NUM_STEPS
 from brushgs.passes.reduce.merge import OVERLAP
-from brushgs.pipeline.backdrop import SIZES, USUAL_STROKES
 from brushgs.pipeline.lamp import open_lamp
 from brushgs.pipeline.look import open_relief
 from brushgs.pipeline.media.materials import BACKDROP
@@ -144,7 +143,7 @@ def _stage(config: PaintConfig, page: PageContents) -> dict[str, Any] | None:
     jitter, matrices = ground.stage_jitter, np.stack([CONES_FROM_RGB, OKLAB_FROM_ROOTS])
     numbers = [
         *(ground.stage_size, ground.stage_aspect, *jitter, ground.shadow, config.color.values),
-        *(*SIZES, USUAL_STROKES, *matrices.ravel().tolist(), QUIET),
+        *(*matrices.ravel().tolist(), QUIET),
     ]
     return {"coat": page.header["coats"][0], "numbers": numbers}
 

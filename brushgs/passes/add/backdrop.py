@@ -12,15 +12,16 @@ from math import tan
 import numpy as np
 
 from brushgs.cameras.framing import DEFAULT_FOV_Y, FLAT_ELEVATION, camera_axes, default_elevation
+from brushgs.core.native import core as _core
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.reduce.contribution import paint_of
 from brushgs.values.arrays import F64, Array, Mask, smoothstep
 from brushgs.values.camera import Camera, FirstView
-from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.colors import OKLAB, rgb_of_oklab
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of
-from brushgs.values.sh import C0, base_colors
+from brushgs.values.sh import C0
 
 RADIUS = 2.6  # of the sphere, in radii of the scene
 BEYOND_EYE = 1.35  # or in distances of the farthest camera, whichever is larger
@@ -35,10 +36,9 @@ THICKNESS = 0.01  # of a stroke, over its size
 _SWAY, _WAVES, _LOOSE = 0.8, np.array([2.17, -0.62, 1.55]), 0.25
 _RISE = 1.1  # rate of change of lightness with height over the horizon
 
-BORDER = 0.08  # of the smaller side of a picture, on each side
 # Mean alpha of the border above which a scene fills its pictures. Objects have up to 0.14, and a truck on a
 # plaza under an empty sky 0.55.
-FULL_BORDER = 0.8
+FULL_BORDER: float = _core.FULL_BORDER
 
 
 @dataclass(frozen=True)
@@ -113,10 +113,8 @@ def mean_lab(gaussians: Gaussians, weights: Array | None = None) -> F64:
     """
     if weights is None:
         weights = paint_of(gaussians)
-    total = float(weights.sum(dtype=np.float64))
-    if not total > 0:
-        return np.asarray(oklab_of(np.full((1, 3), 0.5))[0])
-    return np.asarray(weights.astype(np.float64) / total @ oklab_of(base_colors(gaussians.sh)))
+    weights = np.ascontiguousarray(weights, np.float64)
+    return np.asarray(_core.mean_lab(gaussians.sh, weights, OKLAB), np.float64)
 
 
 def ground_color(gaussians: Gaussians, tone: Tone = TONED) -> tuple[float, float, float]:
@@ -152,11 +150,7 @@ def reason_for_none(first_view: FirstView, plain: Sequence[Frame]) -> str | None
 
 def border_alpha(frame: Frame) -> float:
     """Mean alpha of the border of a picture, 8 % of its smaller side wide."""
-    height, width = frame.alpha.shape
-    side = max(round(BORDER * min(height, width)), 1)
-    inner = frame.alpha[side : height - side, side : width - side]
-    total = float(frame.alpha.sum(dtype=np.float64)) - float(inner.sum(dtype=np.float64))
-    return total / (frame.alpha.size - inner.size) if inner.size < frame.alpha.size else 0.0
+    return _core.border_alpha(np.ascontiguousarray(frame.alpha))
 
 
 def backdrop(

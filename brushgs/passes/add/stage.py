@@ -10,25 +10,25 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from brushgs.cameras.framing import camera_axes
+from brushgs.core.native import core as _core
 from brushgs.options.choices import StageTone
 from brushgs.passes.add.backdrop import mean_lab
 from brushgs.passes.add.ground_maps import Grid, blurred
-from brushgs.passes.add.stage_ground import Ground, find_ground
+from brushgs.passes.add.stage_ground import SIDE as GROUND_SIDE
+from brushgs.passes.add.stage_ground import Ground
 from brushgs.passes.add.stage_paint import Brushwork, stage_strokes
-from brushgs.passes.add.stage_place import Place, above_ground, find_place
+from brushgs.passes.add.stage_place import Place, above_ground, lamp_direction
 from brushgs.passes.add.stage_shadow import Shadow, cast_shadow
 from brushgs.passes.add.stage_surface import Surface, surface_around
 from brushgs.passes.add.stage_tones import Tones, choose_tones, outline_of
-from brushgs.passes.reduce.contribution import paint_of
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera, FirstView
-from brushgs.values.colors import oklab_of
+from brushgs.values.colors import OKLAB, oklab_of
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
 
-MOST_ROWS = 40_000  # maximum number of Gaussians that are examined: of more every n-th
-FRINGE = 1.5  # radius of a ground with its torn border, relative to its covered area
 LOW = 0.3  # of the height of a stage: strokes below belong to the table
 
 
@@ -81,17 +81,19 @@ class Site:
     """Where a subject stands and how it is lit, before anything is painted.
 
     Attributes:
-        gaussians: a sample of at most about 40,000 of the scene.
-        weights: [n] the paint of each; 0 for those of a ground.
         place: where the subject stands.
         ground: of the scene itself, or None.
+        points: [n, 3] local, of a sample of at most about 40,000 of the scene's Gaussians.
+        weights: [n] the paint of each; 0 for those of a ground.
+        lab: [n, 3] their OKLab.
         follows_light: whether the lamp is estimated from shadows in the scene.
     """
 
-    gaussians: Gaussians
-    weights: F64
     place: Place
     ground: Ground | None
+    points: F64
+    weights: F64
+    lab: F64
     follows_light: bool = False
 
     @property
@@ -109,18 +111,22 @@ def find_site(gaussians: Gaussians, first_view: FirstView, towards: F64 | None =
         towards: [3] unit vector toward the lamp, world axes; None estimates it from shadows in the scene, or
             takes the usual lamp.
     """
-    step = -(-len(gaussians) // MOST_ROWS)
-    gaussians = gaussians.take(slice(None, None, step))
-    weights = step * paint_of(gaussians)
-    place = find_place(gaussians, first_view, weights, towards)
-    ground = find_ground(gaussians, place, weights)
-    if ground is None:
-        return Site(gaussians, weights, place, None)
-    place = ground.place
-    weights = weights * ~ground.is_on(place.local(gaussians.means))
-    lamp = found_lamp(gaussians, ground, weights) if towards is None else None
-    place = place if lamp is None else replace(place, lamp=lamp)
-    return Site(gaussians, weights, place, ground, follows_light=lamp is not None)
+    right, down, away = camera_axes(first_view.up, first_view.azimuth, 0.0)
+    axes = np.stack([right, -down, away])
+    lamp = lamp_direction() if towards is None else above_ground(axes @ towards)
+    found = _core.find_site(**gaussians.columns(), axes=axes, lamp=lamp, oklab=OKLAB)
+    place, own, points, weights, lab = found
+    site = Site(Place(*place), None, points.reshape(-1, 3), weights, lab.reshape(-1, 3))
+    if own is None:
+        return site
+    _, coverage, colors, tone, extent = own
+    square = GROUND_SIDE, GROUND_SIDE
+    ground = Ground(site.place, coverage.reshape(square), colors.reshape(3, *square), tone, extent)
+    site = replace(site, ground=ground)
+    seen = found_lamp(site, ground) if towards is None else None
+    if seen is None:
+        return site
+    return replace(site, place=site.place._replace(lamp=seen), follows_light=True)
 
 
 def open_stage(
@@ -145,20 +151,13 @@ def open_stage(
     place, ground = site.place, site.ground
     subject = strokes if ground is None else strokes.take(~ground.is_on(place.local(strokes.means)))
     farthest = max(float(np.hypot(*place.local(c.position[None])[0, [0, 2]])) for c in cameras)
-    surface = surface_of(site, farthest)
-    own = 0.0 if ground is None else FRINGE * ground.extent
-    outline = outline_of(subject, cameras, place, surface, own=own)
+    surface = surface_around(place, farthest, ground)
+    outline = outline_of(subject, cameras, place, surface, ground)
     own_tone = None if ground is None else ground.tone
     tones = choose_tones(mean_lab(subject), outline, tone, ground=own_tone, values=values)
-    places = [place, *(replace(place, lamp=above_ground(place.axes @ sun)) for sun in suns)]
-    shadow, *others = (cast_shadow(site.gaussians, one, site.weights) for one in places)
+    places = [place, *(place._replace(lamp=above_ground(place.axes @ sun)) for sun in suns)]
+    shadow, *others = (cast_shadow(site.points, site.weights, site.lab, one) for one in places)
     return Stage(place, ground, surface, shadow, tones, site.follows_light, tuple(others))
-
-
-def surface_of(site: Site, farthest: float) -> Surface:
-    """Table and wall around a scene, for cameras at this level distance from its axis, world units."""
-    table = 0.0 if site.ground is None else 1.15 * site.ground.extent
-    return surface_around(site.place, farthest, table=table)
 
 
 def painted_stage(
@@ -195,20 +194,15 @@ FEWEST, EVEN = 60, 0.02  # minimum number of compared cells, and minimum OKLab d
 CORRELATION, MARGIN = 0.45, 0.15
 
 
-def found_lamp(gaussians: Gaussians, ground: Ground, weights: F64) -> F64 | None:
-    """[3] unit vector toward the light, local; None if shadows do not show it.
-
-    Args:
-        gaussians: the scene, N.
-        ground: of the scene.
-        weights: [N] the paint of each; 0 for the ground.
-    """
+def found_lamp(site: Site, ground: Ground) -> F64 | None:
+    """[3] unit vector toward the light, local; None if shadows on the ground of a site do not show it."""
+    weights = site.weights
     rows = np.flatnonzero(weights > 0)
     if len(rows) == 0:
         return None
     rows = rows[:: max(len(rows) // _MOST_CASTERS, 1)]
-    place, grid = ground.place, Grid(SIDE, REACH * ground.place.radius)
-    points = place.local(gaussians.means[rows])
+    place, points = site.place, site.points[rows]
+    grid = Grid(SIDE, REACH * place.radius)
     paint = weights[rows] * (weights.sum() / weights[rows].sum())
     axis = (np.arange(SIDE) + 0.5) * grid.cell - grid.half
     cells = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=2).reshape(-1, 2)
@@ -224,7 +218,7 @@ def found_lamp(gaussians: Gaussians, ground: Ground, weights: F64) -> F64 | None
     fits = np.array(
         [
             _correlation(
-                dark, _shade(grid, replace(place, lamp=lamp).cast(points), paint, place).ravel()[free]
+                dark, _shade(grid, place._replace(lamp=lamp).cast(points), paint, place).ravel()[free]
             )
             for lamp in lamps
         ]

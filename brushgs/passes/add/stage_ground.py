@@ -4,8 +4,8 @@ It is level paint at the foot of the subject, larger than the subject. The table
 the same level and in the same color, and its torn border dissolves into the paint of the table.
 """
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,19 +13,15 @@ from brushgs.core.native import core as _core
 from brushgs.passes.add.ground_maps import Grid
 from brushgs.passes.add.stage_place import Place
 from brushgs.values.arrays import F64, Mask
-from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.colors import OKLAB
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.quats import shortest_axes
-from brushgs.values.sh import C0, base_colors
 
 SIDE: int = _core.GROUND_SIDE  # cells of a map
 REACH: float = _core.GROUND_REACH  # half its side, in radii of the subject
 BAND: float = _core.GROUND_BAND  # half the thickness of a ground, in radii
-LEVEL = 0.85  # minimum cosine between the normal of a level Gaussian and up
 
 
-@dataclass(frozen=True, eq=False)
-class Ground:
+class Ground(NamedTuple):
     """The ground of a scene, as maps [SIDE, SIDE] by right and away around the foot.
 
     Attributes:
@@ -53,23 +49,6 @@ class Ground:
         return np.asarray(np.abs(points[:, 1]) < BAND * self.place.radius)
 
 
-def find_ground(gaussians: Gaussians, place: Place, weights: F64) -> Ground | None:
-    """The ground of a scene, or None."""
-    points = np.ascontiguousarray(place.local(gaussians.means))
-    is_level = np.abs(shortest_axes(gaussians.quats, gaussians.scales) @ place.axes[1]) > LEVEL
-    lab = oklab_of(base_colors(gaussians.sh[:, :1]).astype(np.float64))
-    weights = np.ascontiguousarray(weights, np.float64)
-    found: Any = _core.find_ground(
-        points, is_level, weights, np.ascontiguousarray(lab), place.radius, place.height
-    )
-    if found is None:
-        return None
-    level, coverage, lab, tone, extent = found
-    place = replace(place, foot=place.foot + level * place.axes[1], height=place.height - level)
-    square = (SIDE, SIDE)
-    return Ground(place, coverage.reshape(square), lab.reshape(3, *square), np.array(tone), extent)
-
-
 def dissolved(strokes: Gaussians, ground: Ground, table: F64 | None) -> Gaussians:
     """Strokes with a ground that blends into the table toward its border; those under the table are dropped.
 
@@ -78,15 +57,9 @@ def dissolved(strokes: Gaussians, ground: Ground, table: F64 | None) -> Gaussian
         ground: of their scene.
         table: [3] OKLab of the table; None for bare paper, where the ground fades out.
     """
-    points = np.ascontiguousarray(ground.place.local(strokes.means))
-    share, is_under = _core.dissolving_at(ground.coverage, ground.place.radius, points)
-    left = np.where(is_under, 0.0, strokes.opacities)
-    dtype = strokes.means.dtype
-    if table is None:
-        return replace(strokes, opacities=(left * (1 - share)).astype(dtype))
-    sh = strokes.sh * (1 - share)[:, None, None]
-    sh[:, 0] += share[:, None] * (np.clip(rgb_of_oklab(table[None]), 0, 1) - 0.5) / C0
-    return replace(strokes, sh=sh.astype(dtype), opacities=left.astype(dtype))
+    opacities, sh = strokes.opacities.copy(), strokes.sh.copy()
+    _core.dissolve(strokes.means, opacities, sh, ground, table, OKLAB)
+    return replace(strokes, sh=sh, opacities=opacities)
 
 
 def _grid(place: Place) -> Grid:

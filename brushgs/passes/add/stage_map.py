@@ -172,7 +172,7 @@ def map_directions(
     pairs = np.zeros((len(along), 2))
     for part in manner.parts:
         pairs += part.direction * _sampled(part.stage.directions.astype(np.float64), layout, surface, spots)
-    angles = 0.5 * np.arctan2(pairs[:, 1], pairs[:, 0]) + LOOSE * spots.noise[:, 4]
+    angles = 0.5 * np.arctan2(pairs[:, 1], pairs[:, 0]) + LOOSE * spots.noise[:, 6]
     clear = np.clip(2 * np.hypot(pairs[:, 0], pairs[:, 1]), 0, 1)[:, None]
     ratio = np.interp(spots.along, surface.length, layout.upward / layout.around)
     across, up = np.cos(angles), -np.sin(angles) * np.clip(ratio, 1 / MOST_STRETCH, MOST_STRETCH)

@@ -1,26 +1,18 @@
 """The place of a subject: its foot, size, up axis and lamp."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
-from brushgs.cameras.framing import camera_axes
 from brushgs.core.native import core as _core
-from brushgs.passes.extent import robust_frame
 from brushgs.values.arrays import F64, Array
-from brushgs.values.camera import Camera, FirstView
-from brushgs.values.gaussians import Gaussians
-from brushgs.values.quats import quats_of
+from brushgs.values.camera import Camera
 
-# Toward the lamp, in the level axes (right, up, away) of the first view: the upper left, a little in front.
-LAMP = (-0.75, 0.95, -0.55)
 LEAST_RISE = 0.14  # minimum sine of the elevation of a lamp, 8 degrees: below, shadows are too long
-SIGMAS = 2.0  # visible extent of a single Gaussian
 
 
-@dataclass(frozen=True, eq=False)
-class Place:
+class Place(NamedTuple):
     """A subject on level ground.
 
     Its local coordinates are right, up and away in the level first view, world units, from the middle of the
@@ -61,9 +53,7 @@ class Place:
 
         The local axes are left-handed.
         """
-        turned = self.axes.T @ frames
-        turned[:, :, 1] *= np.sign(np.linalg.det(turned))[:, None]
-        return quats_of(turned)
+        return np.asarray(_core.turned_quats(self.axes, frames)).reshape(-1, 4)
 
     def cast(self, points: F64) -> F64:
         """[n, 2] shadows of local points [n, 3] on the plane of the ground: right and away."""
@@ -71,8 +61,8 @@ class Place:
         return np.asarray(points[:, [0, 2]] - points[:, 1:2] * lamp[[0, 2]])
 
 
-def lamp_direction(lamp: tuple[float, float, float] = LAMP) -> F64:
-    """[3] a lamp as a unit vector."""
+def lamp_direction(lamp: Sequence[float] = _core.STAGE_LAMP) -> F64:
+    """[3] a lamp as a unit vector; the usual one in the local axes of places."""
     return np.asarray(np.asarray(lamp) / np.linalg.norm(lamp))
 
 
@@ -82,33 +72,3 @@ def above_ground(lamp: F64) -> F64:
     level = lamp[[0, 2]]
     level = level * (np.sqrt(1 - up**2) / max(float(np.linalg.norm(level)), 1e-9))
     return np.array([level[0], up, level[1]])
-
-
-def find_place(
-    gaussians: Gaussians, first_view: FirstView, weights: F64, towards: F64 | None = None
-) -> Place:
-    """The place of a scene, with the foot at its lowest paint.
-
-    Args:
-        gaussians: the scene, N >= 1 Gaussians.
-        first_view: for the up axis and the right direction.
-        weights: [N] the paint of each, see `contribution.paint_of`.
-        towards: [3] unit vector toward the lamp, world axes; None for the usual one.
-    """
-    right, down, away = camera_axes(first_view.up, first_view.azimuth, 0.0)
-    axes = np.stack([right, -down, away])
-    center, radius = robust_frame(gaussians.means)
-    if not np.ptp(gaussians.means, axis=0).any():
-        radius = SIGMAS * float(gaussians.scales.max()) or radius
-    points = (gaussians.means.astype(np.float64) - center) @ axes.T
-    middle, width, height = _core.find_standing(
-        np.ascontiguousarray(points), np.ascontiguousarray(weights, np.float64), radius
-    )
-    return Place(
-        center + np.asarray(middle) @ axes,
-        axes,
-        radius,
-        width,
-        height,
-        lamp_direction() if towards is None else above_ground(axes @ towards),
-    )

@@ -4,12 +4,13 @@ It is a surface of revolution around the subject, so it looks the same in every 
 on it along a spiral of equal areas, small near the subject and large far away.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from brushgs.core.native import core as _core
+from brushgs.passes.add.stage_ground import Ground
 from brushgs.passes.add.stage_place import Place
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera
@@ -17,8 +18,7 @@ from brushgs.values.camera import Camera
 MARCH, HALVINGS = 48, 24  # steps along a line of sight until it meets the surface, and between two of them
 
 
-@dataclass(frozen=True, eq=False)
-class Surface:
+class Surface(NamedTuple):
     """The profile of a stage: distance from the axis, height, and arc length.
 
     Attributes:
@@ -37,60 +37,64 @@ class Surface:
 
     def slope(self, at: F64) -> F64:
         """[n] angle of the surface with the level, radians, at lengths [n] along the profile."""
-        along = np.ascontiguousarray(at)
-        return np.asarray(_core.profile_slopes(self.rho, self.height, self.length, along))
+        return np.asarray(_core.slopes_at(self, np.ascontiguousarray(at)))
 
 
 class Spots(NamedTuple):
     """Positions of strokes.
 
-    n local points, [n] radians around the axis, [n] lengths along the profile, and [n, 5] random numbers
-    of standard deviation 1, which do not depend on how many spots follow.
+    [n, 3] local points, [n] radians around the axis, [n] lengths along the profile, [n] sizes of strokes, the
+    root of length times width, and [n, 7] random numbers of standard deviation 1, the first two of the
+    place. None depends on how many spots follow.
     """
 
     points: F64
     around: F64
     along: F64
+    sizes: F64
     noise: F64
 
+    @classmethod
+    def of(cls, columns: Sequence[F64]) -> "Spots":
+        """Spots of flat columns."""
+        points, around, along, sizes, noise = columns
+        return cls(points.reshape(-1, 3), around, along, sizes, noise.reshape(len(sizes), -1))
 
-def surface_around(place: Place, farthest: float, *, table: float = 0.0) -> Surface:
+
+def surface_around(place: Place, farthest: float, ground: Ground | None = None) -> Surface:
     """The surface for a subject and its cameras.
 
     Args:
         place: of the subject.
         farthest: level distance of the farthest camera from the subject's axis, world units.
-        table: least radius of the level part, world units.
+        ground: of the scene itself, which the level part continues; None without.
     """
     found = _core.profile_around(
         radius=place.radius,
         width=place.width,
         height=place.height,
         farthest=farthest,
-        least_table=table,
+        ground_extent=0.0 if ground is None else ground.extent,
     )
     return Surface(*found)
 
 
-def spots_on(
-    surface: Surface, cells: F64, jitter: float, g: np.random.Generator, *, until: float = np.inf
-) -> Spots:
-    """Points on a surface, evenly spread where cells are equal.
+def spots_on(surface: Surface, sizes: F64, overlap: float, g: np.random.Generator) -> Spots:
+    """Spots of strokes all over a surface, evenly spread where they are equally large.
 
     Args:
         surface: of the points.
-        cells: [steps] the area of each point's cell, along the profile, world units squared.
-        jitter: of positions, in widths of a cell.
+        sizes: [steps] of strokes along the profile, world units.
+        overlap: strokes over each point.
         g: random numbers.
-        until: maximum distance of points from the axis, world units.
     """
-    cells = np.ascontiguousarray(cells)
-    count = _core.count_spots(surface.rho, surface.length, cells, until)
-    noise = g.normal(0, 1, (count, _core.SPOT_NOISE))
-    points, around, along = _core.place_spots(
-        surface.rho, surface.height, surface.length, cells, jitter, noise
-    )
-    return Spots(points.reshape(-1, 3), around, along, noise[:, 2:])
+    noise = random_numbers(g, _core.count_spots(surface, sizes, overlap, np.inf))
+    return Spots.of(_core.place_spots(surface, sizes, overlap, noise))
+
+
+def random_numbers(g: np.random.Generator, count: int) -> F64:
+    """[count, 7] the random numbers of spots."""
+    return g.normal(0, 1, (count, _core.SPOT_NOISE))
 
 
 def at_lengths(surface: Surface, along: F64, around: F64) -> F64:

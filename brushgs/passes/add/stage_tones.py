@@ -5,7 +5,6 @@ subject stands out in the views of the job.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -13,16 +12,19 @@ import numpy as np
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.core.native import core as _core
 from brushgs.options.choices import StageTone
+from brushgs.passes.add.stage_ground import Ground
 from brushgs.passes.add.stage_place import Place
 from brushgs.passes.add.stage_surface import Surface
 from brushgs.rendering.options import RenderOptions, render_with
-from brushgs.values.arrays import F64, Array, Mask
+from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera
-from brushgs.values.colors import CONES_FROM_RGB, OKLAB_FROM_ROOTS
+from brushgs.values.colors import OKLAB
+from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 
 READS: float = _core.OUTLINE_READS  # OKLab lightness difference at which a silhouette stands out
-SIDE, MOST_VIEWS = 160, 3  # pixels, longer side of a view in which the outline is found; views
+SIDE: int = _core.OUTLINE_SIDE  # pixels, longer side of a view in which the outline is found
+MOST_VIEWS = 3
 RANGES: dict[StageTone, tuple[float, float]] = {"auto": (0.0, 1.0), "light": (0.6, 0.8), "dark": (0.3, 0.46)}
 
 
@@ -38,8 +40,7 @@ class Outline(NamedTuple):
     lateral: F64
 
 
-@dataclass(frozen=True, eq=False)
-class Tones:
+class Tones(NamedTuple):
     """The colors of a stage, OKLab.
 
     Attributes:
@@ -56,7 +57,7 @@ class Tones:
 
 
 def outline_of(
-    subject: Gaussians, cameras: Sequence[Camera], place: Place, surface: Surface, *, own: float = 0.0
+    subject: Gaussians, cameras: Sequence[Camera], place: Place, surface: Surface, ground: Ground | None
 ) -> Outline:
     """The outline of a subject in some of the views.
 
@@ -65,8 +66,9 @@ def outline_of(
         cameras: at least one.
         place: of the subject.
         surface: the stage.
-        own: radius of the scene's own ground; parts of the subject before it are not before the stage.
+        ground: of the scene itself, or None; parts of the subject before it are not before the stage.
     """
+    extent = 0.0 if ground is None else ground.extent
     kernel = StrokeTexture.open("gaussian")
     options = RenderOptions.of(kernel)
     step = max(len(cameras) // MOST_VIEWS, 1)
@@ -74,22 +76,20 @@ def outline_of(
     for camera in list(cameras)[::step][:MOST_VIEWS]:
         small = camera.in_side(SIDE)
         frame = render_with(subject, small, kernel, options)
-        parts.append(_outline_in(frame.rgb, frame.alpha, small, place, surface, own))
+        parts.append(_outline_in(frame, small, place, surface, extent))
     return Outline(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def _outline_in(
-    rgb: Array, alpha: Array, camera: Camera, place: Place, surface: Surface, own: float
-) -> Outline:
+def _outline_in(frame: Frame, camera: Camera, place: Place, surface: Surface, extent: float) -> Outline:
     lightness, is_table, lateral = _core.outline_in(
-        np.ascontiguousarray(rgb, np.float64),
-        np.ascontiguousarray(alpha, np.float64),
-        K=np.ascontiguousarray(camera.K),
-        rays=np.ascontiguousarray(camera.viewmat[:3, :3] @ place.axes.T),
-        eye=place.local(camera.position[None])[0].tolist(),
-        lengths=(surface.table, surface.wall, place.radius, own),
-        cones_from_rgb=CONES_FROM_RGB,
-        lab_from_roots=OKLAB_FROM_ROOTS,
+        np.ascontiguousarray(frame.rgb, np.float64),
+        np.ascontiguousarray(frame.alpha, np.float64),
+        viewmat=camera.viewmat,
+        K=camera.K,
+        place=place,
+        surface=surface,
+        ground_extent=extent,
+        oklab=OKLAB,
     )
     return Outline(lightness, is_table.astype(bool), lateral)
 
@@ -116,5 +116,4 @@ def choose_tones(
         return Tones(table, wall, 0.0, _core.tones_read(*outline, float(table[0]), float(wall[0])))
     low, high = RANGES[choice]
     found = _core.choose_tones(*outline, mean=mean.tolist(), low=low, high=high, ground=ground, values=values)
-    table, wall, slope, reads = found
-    return Tones(np.array(table), np.array(wall), slope, reads)
+    return Tones(*found)

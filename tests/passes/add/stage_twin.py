@@ -2,8 +2,12 @@
 
 import numpy as np
 
+from brushgs.passes.extent import robust_frame
+from brushgs.passes.reduce.contribution import projected_areas
 from brushgs.values.arrays import gaussian_weights, smoothstep
-from brushgs.values.colors import oklab_of
+from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.quats import quats_of, shortest_axes
+from brushgs.values.sh import C0, base_colors
 from tests.first_view.twin import weighted_quantiles
 
 # Maps of level ground
@@ -35,6 +39,7 @@ def map_blurred(values, sigma):
 
 # Place and ground
 
+MOST_ROWS, LEVEL, SIGMAS = 40_000, 0.85, 2.0
 LOWEST, TAILS, LEAST = 0.004, 0.01, 0.05
 SIDE, REACH, LOW, BIN, BAND, AROUND, MOST_BINS = 96, 2.0, 0.4, 0.02, 0.07, 4, 1e5
 SHARE, BELOW, BEYOND, COVERED, THIN = 0.6, 0.6, 1.2, 0.4, 0.2
@@ -52,6 +57,24 @@ def find_standing(points, weights, radius):
     width = 0.5 * max(right - left, far - near)
     middle = 0.5 * (left + right), low, 0.5 * (near + far)
     return middle, max(width, LEAST * radius), max(top - low, LEAST * radius)
+
+
+def find_site(means, quats, scales, opacities, sh, axes, lamp, oklab):
+    step = max(-(-len(means) // MOST_ROWS), 1)
+    means, quats, scales, opacities, sh = (column[::step] for column in (means, quats, scales, opacities, sh))
+    weights = step * (opacities * projected_areas(scales))
+    center, radius = robust_frame(means)
+    if not np.ptp(means, axis=0).any():
+        radius = SIGMAS * float(scales.max()) or radius
+    middle, width, height = find_standing((means - center) @ axes.T, weights, radius)
+    foot, lab = center + middle @ axes, oklab_of(base_colors(sh))
+    points, is_level = (means - foot) @ axes.T, np.abs(shortest_axes(quats, scales) @ axes[1]) > LEVEL
+    ground = find_ground(points, is_level, weights, lab, radius, height)
+    if ground is not None:
+        foot, height = foot + ground[0] * axes[1], height - ground[0]
+        points = (means - foot) @ axes.T
+        weights = weights * (np.abs(points[:, 1]) >= BAND * radius)
+    return (foot, axes, radius, width, height, lamp), ground, points, weights, lab
 
 
 def find_ground(points, is_level, weights, lab, radius, height):
@@ -104,11 +127,18 @@ def _usual(lab, weights):
     return near @ lab / near.sum()
 
 
-def dissolving_at(coverage, radius, points):
+def dissolve(means, opacities, sh, ground, table, oklab):
+    (foot, axes, radius, *_), coverage, *_ = ground
+    points = (means - foot) @ axes.T
     covered = map_samples(coverage, REACH * radius, points[:, [0, 2]])
     heights = points[:, 1] / (BAND * radius)
     share = smoothstep(1 - (covered - EDGE[0]) / (EDGE[1] - EDGE[0])) * (np.abs(heights) < 1)
-    return share, (heights < -1) | ((heights < HANGS) & (covered < CORE))
+    opacities[(heights < -1) | ((heights < HANGS) & (covered < CORE))] = 0
+    if table is None:
+        opacities *= 1 - share
+        return
+    sh *= (1 - share)[:, None, None]
+    sh[:, 0] += share[:, None] * (np.clip(rgb_of_oklab(table[None]), 0, 1) - 0.5) / C0
 
 
 # Shadow
@@ -123,7 +153,8 @@ def cast(points, lamp):
     return points[:, [0, 2]] - points[:, 1:2] * [lamp[0] / lamp[1], lamp[2] / lamp[1]]
 
 
-def cast_shadow(points, weights, lab, radius, lamp):
+def cast_shadow(points, weights, lab, place):
+    _, _, radius, _, _, lamp = place
     points = np.column_stack([points[:, 0], np.maximum(points[:, 1], 0), points[:, 2]])
     heights, half = points[:, 1] / radius, SHADOW_REACH * radius
     cell = 2 * half / SHADOW_SIDE
@@ -146,7 +177,8 @@ def cast_shadow(points, weights, lab, radius, lamp):
     return 1 - light, contact, np.array(sums) / np.maximum(near, 1e-9) * (1 - np.exp(-near))
 
 
-def shadow_at(shade, contact, reflected, radius, lamp, points):
+def shadow_at(shadow, points):
+    (_, _, radius, _, _, lamp), shade, contact, reflected = shadow
     half, level = SHADOW_REACH * radius, points[:, [0, 2]]
     maps = [map_samples(values, half, level) for values in (contact, *reflected)]
     return np.column_stack([map_samples(shade, half, cast(points, lamp)), *maps])
@@ -154,12 +186,13 @@ def shadow_at(shade, contact, reflected, radius, lamp, points):
 
 # Surface and spots
 
-STEPS, TABLE, BEYOND_EYE, RISE, TOP = 400, 3.0, 1.5, 0.85, 1.1
+STEPS, TABLE, ON_GROUND, BEYOND_EYE, RISE, TOP = 400, 3.0, 1.15, 1.5, 0.85, 1.1
 NEAR_SIZE, FAR_SIZE, FAR, LEAST_SIZE = 0.12, 0.26, 3.0, 0.1
+USUAL_STROKES, SIZES, FINE, OVERLAP, SHADED, JITTER = 6000, (0.6, 1.8), 0.55, 9.6, 0.08, 0.35
 
 
-def profile_around(*, radius, width, height, farthest, least_table):
-    flat = max(TABLE * max(1.2 * width, radius, 0.8 * height), least_table)
+def profile_around(*, radius, width, height, farthest, ground_extent):
+    flat = max(TABLE * max(1.2 * width, radius, 0.8 * height), ON_GROUND * ground_extent)
     wall = max(BEYOND_EYE * farthest, 1.6 * flat)
     rise, turn = RISE * wall, np.linspace(0, np.pi / 2, STEPS // 2)
     level = np.linspace(0, flat, STEPS // 4, endpoint=False)
@@ -170,60 +203,100 @@ def profile_around(*, radius, width, height, farthest, least_table):
     return rho, heights, np.cumsum(steps), flat, wall
 
 
-def profile_slopes(rho, height, length, along):
+def slopes_at(surface, along):
+    rho, height, length, *_ = surface
     return np.interp(along, length, np.arctan2(np.gradient(height), np.gradient(rho)))
 
 
-def stroke_sizes(rho, *, radius, width, distance, seen_width):
+def stroke_sizes(surface, *, radius, width, distance, seen_width):
+    rho = surface[0]
     share = NEAR_SIZE + (FAR_SIZE - NEAR_SIZE) * np.clip((rho - width) / (FAR * radius), 0, 1)
     return np.maximum(share * seen_width * np.hypot(1, rho / max(distance, 1e-300)), LEAST_SIZE * radius)
 
 
-def _counts(rho, length, cells):
+def size_beside(num_strokes):
+    return np.clip(np.sqrt(USUAL_STROKES / num_strokes), *SIZES)
+
+
+def _counts(surface, cells):
+    rho, _, length, *_ = surface
     return np.cumsum(2 * np.pi * rho * np.gradient(length) / cells)
 
 
-def count_spots(rho, length, cells, until):
-    return int(_counts(rho, length, cells)[min(np.searchsorted(rho, until), len(rho) - 1)])
+def count_spots(surface, sizes, overlap, until):
+    rho = surface[0]
+    return int(_counts(surface, sizes**2 / overlap)[min(np.searchsorted(rho, until), len(rho) - 1)])
 
 
-def place_spots(rho, height, length, cells, jitter, noise):
-    k = np.arange(len(noise)) + 0.5
-    along, around = np.interp(k, _counts(rho, length, cells), length), k * np.pi * (3 - np.sqrt(5))
+def place_spots(surface, sizes, overlap, noise):
+    rho, height, length, *_ = surface
+    cells, k = sizes**2 / overlap, np.arange(len(noise)) + 0.5
+    along, around = np.interp(k, _counts(surface, cells), length), k * np.pi * (3 - np.sqrt(5))
     away, width = np.interp(along, length, rho), np.sqrt(np.interp(along, length, cells))
-    along = np.clip(along + jitter * width * noise[:, 0], 0, length[-1])
-    around = around + jitter * width / np.maximum(away, width) * noise[:, 1]
+    along = np.clip(along + JITTER * width * noise[:, 0], 0, length[-1])
+    around = around + JITTER * width / np.maximum(away, width) * noise[:, 1]
     away = np.interp(along, length, rho)
     points = away * np.cos(around), np.interp(along, length, height), away * np.sin(around)
-    return np.column_stack(points), around, along
+    return np.column_stack(points), around, along, np.interp(along, length, sizes), noise
 
 
-# Colors and directions
+def _layers(usual, size, radius):
+    return (usual * size, np.inf), (usual * FINE * min(size, 1), SHADOW_REACH * radius)
+
+
+def count_layers(surface, usual, size, radius):
+    return tuple(count_spots(surface, sizes, OVERLAP, until) for sizes, until in _layers(usual, size, radius))
+
+
+def lay_layers(surface, usual, size, radius, noise, shadows):
+    kept = []
+    for is_fine, (sizes, _) in enumerate(_layers(usual, size, radius)):
+        spots = place_spots(surface, sizes, OVERLAP, noise[is_fine])
+        is_shaded = np.zeros(len(spots[0]), bool)
+        for shadow in shadows:
+            is_shaded |= shadow_at(shadow, spots[0])[:, :2].max(axis=1) > SHADED
+        kept.append([column[is_shaded == is_fine] for column in spots])
+    return tuple(np.concatenate(pair) for pair in zip(*kept, strict=True))
+
+
+# Colors, directions and strokes
 
 BLEND, UPPER, FAR_TABLE, FRONT, OF_GROUND = (0.02, 0.6), 0.10, 0.04, 0.03, (1, 0.8, 0.8)
 DARKEST, CONTACT, REFLECTED, COOLER = 0.52, 0.30, 0.5, np.array([-0.003, -0.016])
-SWAY, TABLE_SWAY, LOOSE, LEVEL_UP_TO = 0.9, 0.16, 0.16, 0.7
+SWAYS, LOOSE, LEVEL_UP_TO = ((0.16, 0.8), (0.9, 0.35)), 0.16, 0.7
+SIZE_JITTER, SIZE_IN_SIGMAS, THICKNESS, OPACITY = 0.18, 3.6, 0.01, 0.95
 
 
-def surface_colors(points, slopes, *, table, wall, slope, reach, ground_lab, ground_extent):
+def surface_colors(surface, spots, tones, ground):
+    (points, _, along, *_), (table, wall, slope, _), reach = spots, tones, surface[4]
+    slopes = slopes_at(surface, along)
     right, height, away = points.T
     far = np.clip(away / reach, -1, 1)
     flat, upright = (np.tile(color, (len(points), 1)) for color in (table, wall))
     flat[:, 0] -= np.where(far > 0, FAR_TABLE, -FRONT) * far
-    if ground_lab is not None:
-        near = np.clip(1.5 - np.hypot(right, away) / ground_extent, 0, 1)[:, None]
-        flat += near * (ground_lab - table) * OF_GROUND
+    if ground is not None:
+        (_, _, radius, *_), _, maps, _, extent = ground
+        own = np.stack([map_samples(one, REACH * radius, points[:, [0, 2]]) for one in maps], axis=1)
+        near = np.clip(1.5 - np.hypot(right, away) / extent, 0, 1)[:, None]
+        flat += near * (own - table) * OF_GROUND
     upright[:, 0] += slope * np.clip(right / reach, -1, 1) - UPPER * np.clip(height / reach, 0, 1)
     return flat + smoothstep((slopes - BLEND[0]) / (BLEND[1] - BLEND[0]))[:, None] * (upright - flat)
 
 
-def shade_colors(shades, shares, lab):
+def shade_colors(spots, shadow, strength, ground, lab):
+    points, shares = spots[0], np.full(len(lab), strength)
+    if ground is not None:
+        (_, _, radius, *_), coverage, *_ = ground
+        shares *= 1 - map_samples(coverage, REACH * radius, points[:, [0, 2]])
+    shades = shadow_at(shadow, points)
     shade, contact = shades[:, :2].T
     lab[:, 1:] += shares[:, None] * (REFLECTED * shades[:, 2:] + shade[:, None] * COOLER)
     lab[:, 0] *= (1 - DARKEST * shares * shade) * (1 - CONTACT * shares * contact)
 
 
-def stage_frames(points, slopes, *, around, turns, waves, table, radius, is_still):
+def stage_frames(surface, spots, waves, radius, is_still):
+    (points, around, along, _, noise), table = spots, surface[3]
+    slopes = slopes_at(surface, along)
     cos, sin, zero = np.cos(around), np.sin(around), 0 * around
     normal = np.stack([-np.sin(slopes) * cos, np.cos(slopes), -np.sin(slopes) * sin], axis=1)
     ring = np.stack([-sin, zero, cos], axis=1)
@@ -233,16 +306,34 @@ def stage_frames(points, slopes, *, around, turns, waves, table, radius, is_stil
     base = base - (base * normal).sum(axis=1, keepdims=True) * normal
     base /= np.maximum(np.linalg.norm(base, axis=1, keepdims=True), 1e-9)
     low, high = (
-        np.sin(points / radius @ some[:, :3].T + some[:, 3]).sum(axis=1) / np.sqrt(0.5 * len(some))
-        for some in waves
+        most * np.sin(points / radius @ (rate * some[:, :3].T) + 2 * np.pi * some[:, 3]).sum(axis=1)
+        for (most, rate), some in zip(SWAYS, waves, strict=True)
     )
-    turn = (np.where(slopes < BLEND[1], TABLE_SWAY * low, SWAY * high) + LOOSE * turns)[:, None]
+    sway = np.where(slopes < BLEND[1], low, high) / np.sqrt(0.5 * waves.shape[1])
+    turn = (sway + LOOSE * noise[:, 6])[:, None]
     along = np.cos(turn) * base + np.sin(turn) * np.cross(normal, base)
     return np.stack([along, np.cross(normal, along), normal], axis=2)
 
 
+def turned_quats(axes, frames):
+    turned = axes.T @ frames
+    turned[:, :, 1] *= np.sign(np.linalg.det(turned))[:, None]
+    return quats_of(turned)
+
+
+def strokes_on(place, spots, frames, lab, *, style, contrast, longer, oklab):
+    (foot, axes, *_), (points, _, _, sizes, noise), (aspect, lightness, chroma) = place, spots, style
+    one = np.ones(len(points))
+    sides = np.sqrt(aspect) * (one if longer is None else longer), one / np.sqrt(aspect), THICKNESS * one
+    scales = (sizes * np.exp(SIZE_JITTER * noise[:, 2]) / SIZE_IN_SIGMAS)[:, None] * np.stack(sides, axis=1)
+    lab = lab + noise[:, 3:6] * (lightness, chroma, chroma) * (one if contrast is None else contrast)[:, None]
+    sh = (np.clip(rgb_of_oklab(lab), 0, 1) - 0.5) / C0
+    return foot + points @ axes, turned_quats(axes, frames), scales, OPACITY * one, sh
+
+
 # Tones
 
+EDGE_OF_PICTURE, FRINGE = 0.08, 1.5
 OUTLINE_BLUR, NEARLY, BORDER, READS, ON_TABLE = 1.5, 0.8, 3, 0.15, 1.15
 LIGHTNESS, SLOPES = 0.30 + 0.04 * np.arange(13), np.array([-0.14, -0.07, 0.0, 0.07, 0.14])
 AWAY, SLOPED, TOO_NEAR, TOO_FAR, APART, OPENED = 0.4, 0.4, 1.0, 0.8, (0.06, 0.16), 0.12
@@ -250,8 +341,22 @@ COMPLEMENT, CHROMA, OF_SUBJECT = 0.6, (0.018, 0.045), 0.2
 WARM, COOL = np.array([0.010, 0.030]), np.array([-0.005, -0.022])
 
 
-def outline_in(rgb, alpha, *, K, rays, eye, lengths, cones_from_rgb, lab_from_roots):
-    table, wall, radius, own = lengths
+def border_alpha(alpha):
+    side = max(round(EDGE_OF_PICTURE * min(alpha.shape)), 1)
+    is_inside = np.zeros(alpha.shape, bool)
+    is_inside[side : len(alpha) - side, side : alpha.shape[1] - side] = True
+    return alpha[~is_inside].astype(np.float64).mean() if alpha.size else 0.0
+
+
+def mean_lab(sh, weights, oklab):
+    if not weights.sum() > 0:
+        return oklab_of(np.full((1, 3), 0.5))[0]
+    return weights / weights.sum() @ oklab_of(base_colors(sh))
+
+
+def outline_in(rgb, alpha, *, viewmat, K, place, surface, ground_extent, oklab):
+    (foot, axes, radius, *_), (*_, table, wall), own = place, surface, FRINGE * ground_extent
+    rays, eye = viewmat[:3, :3] @ axes.T, axes @ (-viewmat[:3, :3].T @ viewmat[:3, 3] - foot)
     mask = (alpha > 0.5).astype(np.float64)
     inner = np.zeros(mask.shape, bool)
     inner[BORDER:-BORDER, BORDER:-BORDER] = True

@@ -62,8 +62,8 @@ def test_a_gaussian_counts_by_its_area_and_opacity_or_by_given_weights():
     np.testing.assert_allclose(mean_lab(two), (red + 4 * blue) / 5, atol=1e-5)
     np.testing.assert_allclose(mean_lab(two, np.array([3.0, 1.0])), (3 * red + blue) / 4, atol=1e-5)
     grey = oklab_of(np.full((1, 3), 0.5))[0]
-    np.testing.assert_allclose(mean_lab(two, np.zeros(2)), grey)
-    np.testing.assert_allclose(mean_lab(two.take(slice(0))), grey)
+    np.testing.assert_allclose(mean_lab(two, np.zeros(2)), grey, atol=1e-12)  # rounding
+    np.testing.assert_allclose(mean_lab(two.take(slice(0))), grey, atol=1e-12)  # rounding
 
 
 # The backdrop

@@ -164,11 +164,11 @@ def test_the_lamp_follows_shadows_that_the_scene_shows(azimuth):
     bare = plaza()
     stage = stage_of(crate() + bare)
     assert not stage.follows_light
-    painted = replace(stage.place, lamp=lamp)
+    painted = stage.place._replace(lamp=lamp)
     from brushgs.passes.add.stage_shadow import cast_shadow
 
-    weights = np.full(len(crate()), 0.01)
-    shade = cast_shadow(crate(), painted, weights).at(painted.local(bare.means))[:, 0]
+    points, weights, lab = painted.local(crate().means), np.full(len(crate()), 0.01), np.zeros((1500, 3))
+    shade = cast_shadow(points, weights, lab, painted).at(painted.local(bare.means))[:, 0]
     colors = base_colors(bare.sh) * (1 - 0.6 * np.clip(shade, 0, 1))[:, None]
     shadowed = replace(bare, sh=((colors - 0.5) / C0)[:, None].astype(np.float32))
     found = stage_of(crate() + shadowed)

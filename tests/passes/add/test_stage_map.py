@@ -89,7 +89,8 @@ def test_strokes_differ_where_the_map_is_busy_and_hardly_where_it_is_calm():
     stage = stage_of(crate(), [camera])
     layout = layout_of(stage.surface, stage.place, [camera], COLUMNS / 20)
     around = 2 * np.pi / layout.repeats * np.array([-0.25, -0.75])  # columns run against the turn
-    spots = Spots(np.zeros((2, 3)), around, np.full(2, stage.surface.length[-1] / 2), np.zeros((2, 5)))
+    along = np.full(2, stage.surface.length[-1] / 2)
+    spots = Spots(np.zeros((2, 3)), around, along, np.ones(2), np.zeros((2, 7)))
     calm, busy = map_contrasts(one, layout, stage.surface, spots)
     assert calm < 0.2
     assert busy == pytest.approx(1)

@@ -1,16 +1,17 @@
 """Stages in the core against NumPy, for the still life and for strokes that no subject has."""
 
+from functools import cache
+
 import numpy as np
 
 import brushgs as bg
 from brushgs.core.native import core as _core
-from brushgs.passes.add.stage_place import lamp_direction
+from brushgs.passes.add.stage_place import Place, lamp_direction
+from brushgs.passes.add.stage_surface import Surface
 from brushgs.passes.extent import robust_frame
-from brushgs.passes.reduce.contribution import paint_of
 from brushgs.rendering.plain import plain_views
-from brushgs.values.colors import CONES_FROM_RGB, OKLAB_FROM_ROOTS, oklab_of
-from brushgs.values.quats import shortest_axes
-from brushgs.values.sh import base_colors
+from brushgs.values.colors import OKLAB
+from brushgs.values.quats import rotation_matrices
 from tests.kit.for_each import for_each
 from tests.passes.add import stage_twin as twin
 from tests.passes.add.test_stage import crate, plaza
@@ -19,7 +20,9 @@ from tests.scenes import still_life_of
 
 SCENES = strange_strokes() | {"still life": still_life_of(3000), "on a plaza": crate() + plaza()}
 STRANGE = ["none", "one", "equal places", "a plane", "an outlier", "immense", "the largest"]
-LAMPS = [lamp_direction().tolist(), [0.99, 0.14, 0.0], [0.0, 1.0, 0.0]]
+LAMPS = [lamp_direction(), np.array([0.99, 0.14, 0.0]), np.array([0.0, 1.0, 0.0])]
+AXES = np.diag([1.0, -1.0, 1.0])  # up is -y in the world
+TURNED = rotation_matrices(np.array([[0.3, -0.5, 0.7, 0.2]]))[0] @ AXES
 
 
 def check(name, *args, **options):
@@ -42,43 +45,83 @@ def hold(found, expected):
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12 * size)
 
 
-def subject_of(name):
-    """Points from the foot, up is -y in the world; paint, OKLab, radius and height."""
-    scene = SCENES[name]
-    center, radius = robust_frame(scene.means)
-    points = np.ascontiguousarray((scene.means.astype(np.float64) - center) * (1, -1, 1))
-    weights = np.ascontiguousarray(paint_of(scene), np.float64)
-    middle, _, height = _core.find_standing(points, weights, radius)
-    return points - middle, weights, oklab_of(base_colors(scene.sh[:, :1]).astype(np.float64)), radius, height
+def columns_of(scene):
+    return scene.means, scene.quats, scene.scales, scene.opacities, scene.sh
 
 
-def spots(count):
-    """Points, slopes, radians around, random numbers; the first on the axis, some far off."""
+def site_of(name):
+    """The place of a scene, and local points, paint and OKLab of it."""
+    place, _, points, weights, lab = _core.find_site(*columns_of(SCENES[name]), AXES, LAMPS[0], OKLAB)
+    return Place(*place), points.reshape(-1, 3), weights, lab.reshape(-1, 3)
+
+
+def place_at(radius, axes=AXES):
+    return Place(np.array([0.5, -2.0, 3.0]), axes, radius, 0.8 * radius, radius, LAMPS[0])
+
+
+def surface_at(radius):
+    return Surface(
+        *_core.profile_around(
+            radius=radius, width=0.8 * radius, height=radius, farthest=5 * radius, ground_extent=0
+        )
+    )
+
+
+def ground_at(radius):
+    """A torn ground in many colors."""
+    rng, side = np.random.default_rng(6), twin.SIDE
+    coverage = twin.map_blurred((rng.random((side, side)) < 0.55) * 1.0, 3.0)
+    return (
+        place_at(radius),
+        coverage,
+        rng.normal(0, 0.2, (3, side, side)),
+        np.array([0.5, 0.01, 0.02]),
+        1.2 * radius,
+    )
+
+
+@cache
+def shadow_maps():
+    rng, square = np.random.default_rng(7), (twin.SHADOW_SIDE, twin.SHADOW_SIDE)
+    shade, contact = (twin.map_blurred(rng.random(square), 4.0) for _ in range(2))
+    return np.maximum(3 * shade - 1.5, 0), 0.1 * contact, rng.normal(0, 0.1, (2, *square))
+
+
+def spots(count, surface):
+    """Spots; the first on the axis, some far off."""
     rng = np.random.default_rng(2)
     points = rng.normal(size=(500, 3)) * (2, 0.5, 2)
     points[:4] = (0, 0, 0), (1e6, 0, 0), (0, 1e6, 0), (-2, -1e6, 3)
     around = np.arctan2(points[:, 2], points[:, 0])
-    return points[:count], rng.uniform(-0.1, np.pi / 2, count), around[:count], rng.normal(size=count)
+    along = surface.length[-1] * rng.uniform(-0.1, 1.1, 500)
+    rest = along, rng.random(500), rng.normal(size=(500, _core.SPOT_NOISE))
+    return tuple(column[:count].copy() for column in (points, around, *rest))
 
 
 @for_each("count", [0, 1, 500])
 @for_each("half", [1e-6, 1.5, 1e9])
 def test_maps_are_those_of_the_twin(count, half):
-    values, level = np.random.default_rng(1).normal(size=(96, 96)), spots(count)[0][:, [0, 2]].copy()
-    check("map_sums", level, spots(count)[3], 7, half)
+    values, points = np.random.default_rng(1).normal(size=(96, 96)), spots(count, surface_at(1.0))[0]
+    level = points[:, [0, 2]].copy()
+    check("map_sums", level, points[:, 1].copy(), 7, half)
     check("map_samples", values, half, level)
     for some in (values, values[:1].copy(), values[:, :2].copy()):
         check("map_blurred", some, half)
 
 
 @for_each("name", SCENES)
-def test_place_and_ground_of_a_scene_are_those_of_the_twin(name):
-    points, weights, lab, radius, height = subject_of(name)
-    if len(points):
-        check("find_standing", points, weights, radius)
-    is_level = np.abs(shortest_axes(SCENES[name].quats, SCENES[name].scales)[:, 1]) > 0.85
-    found = check("find_ground", points, is_level, weights, lab, radius, height)
-    assert found is not None or name != "on a plaza"
+@for_each("dtype", [np.float32, np.float64])
+def test_place_and_ground_of_a_scene_are_those_of_the_twin(name, dtype):
+    if len(SCENES[name]) == 0:
+        return
+    columns = columns_of(SCENES[name].astype(dtype))
+    for axes in (AXES, TURNED):
+        site = check("find_site", *columns, axes, LAMPS[0], OKLAB)
+    assert (site[1] is None) == (name != "on a plaza") or axes is TURNED
+    if name != "still life":
+        return
+    many = [np.concatenate([column] * (120_000 // len(column) + 1)) for column in columns]
+    assert len(check("find_site", *many, AXES, LAMPS[0], OKLAB)[3]) <= 40_000
 
 
 def test_random_grounds_are_those_of_the_twin_and_strokes_dissolve_as_there():
@@ -94,60 +137,102 @@ def test_random_grounds_are_those_of_the_twin_and_strokes_dissolve_as_there():
         weights, lab = rng.uniform(0, 20 / count, count), rng.random((count, 3))
         found = check("find_ground", points, weights > 4 / count, weights, lab, 1.0, rng.uniform(0.05, 1))
         if found is not None:
-            check("dissolving_at", found[1].reshape(twin.SIDE, twin.SIDE), 1.0, points * (1.1, 1, 1.1))
+            dissolved(points * (1.1, 1, 1.1), found[1], rng)
             num_found += 1
     assert 20 < num_found < 70, num_found
 
 
+def dissolved(points, coverage, rng):
+    """Strokes at local points, on a ground of this coverage, held to the twin."""
+    place = place_at(1.0, TURNED)
+    square = twin.SIDE, twin.SIDE
+    ground = place, coverage.reshape(square), np.zeros((3, *square)), np.zeros(3), 1.0
+    for dtype, table in ((np.float32, np.array([0.4, 0.02, -0.3])), (np.float64, None)):
+        means = place.world(points).astype(dtype)
+        opacities, sh = rng.random(len(means)).astype(dtype), rng.normal(size=(len(means), 4, 3))
+        columns = [[opacities.copy(), sh.astype(dtype)] for _ in range(2)]
+        for module, (left, colors) in zip((_core, twin), columns, strict=True):
+            module.dissolve(means, left, colors, ground, table, OKLAB)
+        steps = 1e-6 if dtype == np.float32 else 1e-9
+        for found, expected in zip(*columns, strict=True):
+            np.testing.assert_allclose(found, expected, rtol=steps, atol=steps)
+
+
 @for_each("name", [*STRANGE, "still life"])
 def test_the_shadow_of_a_subject_is_that_of_the_twin(name):
-    foot, weights, lab, radius, _ = subject_of(name)
+    if len(SCENES[name]) == 0:
+        return
+    place, foot, weights, lab = site_of(name)
+    radius = place.radius
     for lamp in LAMPS if name == "still life" else LAMPS[:1]:
         points = foot * (1, 10 if lamp[0] == 0 else 1, 1) - (0, 0.2 * radius, 0)  # and higher than all layers
-        shade, contact, reflected = check("cast_shadow", points, weights, lab, radius, lamp)
+        lit = place._replace(lamp=lamp)
+        shade, contact, reflected = check("cast_shadow", points, weights, lab, lit)
         square = twin.SHADOW_SIDE, twin.SHADOW_SIDE
         maps = shade.reshape(square), contact.reshape(square), reflected.reshape(2, *square)
-        for some in (points, radius * spots(500)[0]):
-            check("shadow_at", *maps, radius, lamp, some)
+        for some in (points, radius * spots(500, surface_at(1.0))[0]):
+            check("shadow_at", (lit, *maps), some)
 
 
 @for_each(
     "radius, width, height", [(1.3, 0.9, 2.1), (1e-9, 1e-10, 1e-10), (1.0, 0.05, 900.0), (1.0, 2.0, 0.1)]
 )
-@for_each("farthest, least_table", [(0.0, 0.0), (1e6, 0.0), (9.0, 0.0), (0.0, 40.0)])
-def test_surface_and_spots_are_those_of_the_twin(radius, width, height, farthest, least_table):
+@for_each("farthest, extent", [(0.0, 0.0), (1e6, 0.0), (9.0, 0.0), (0.0, 40.0)])
+def test_surface_and_spots_are_those_of_the_twin(radius, width, height, farthest, extent):
     options = {"radius": radius, "width": width}
-    rho, heights, length, table, wall = check(
-        "profile_around", **options, height=height, farthest=farthest, least_table=least_table
-    )
+    surface = check("profile_around", **options, height=height, farthest=farthest, ground_extent=extent)
+    rho, _, length, table, wall = surface
     along = np.concatenate([length, length[-1] * np.linspace(-0.1, 1.1, 700)])
-    check("profile_slopes", rho, heights, length, along)
+    check("slopes_at", surface, along)
     for distance, seen in ((0.0, 3.0), (4 * radius, 0.5), (4 * radius, 3.0)):
-        sizes = check("stroke_sizes", rho, **options, distance=distance, seen_width=seen * radius)
-    cells = sizes**2 * max(1.0, (2 * np.pi * rho * np.gradient(length) / sizes**2).sum() / 3000)
+        usual = check("stroke_sizes", surface, **options, distance=distance, seen_width=seen * radius)
+    few = max(1.0, (2 * np.pi * rho * np.gradient(length) / usual**2).sum() / 3000)
+    sizes = usual * np.sqrt(9.6 * few)
     for until in (-1.0, 0.5 * table, wall, np.inf):
-        count = check("count_spots", rho, length, cells, until)
+        count = check("count_spots", surface, sizes, 9.6, until)
+    rng = np.random.default_rng(3)
     for num in (0, 1, count):
-        noise = np.random.default_rng(3).normal(size=(num, _core.SPOT_NOISE))
-        check("place_spots", rho, heights, length, cells, 0.35, noise)
+        check("place_spots", surface, sizes, 9.6, rng.normal(size=(num, _core.SPOT_NOISE)))
+    for size in (0.6, 2.0):
+        counts = check("count_layers", surface, 2 * sizes, size, radius)
+        noise = [rng.normal(size=(count, _core.SPOT_NOISE)) for count in counts]
+        shadows = [(place_at(radius)._replace(lamp=lamp), *shadow_maps()) for lamp in LAMPS[:2]]
+        for some in ([], shadows[:1], shadows):
+            found = check("lay_layers", surface, 2 * sizes, size, radius, noise, some)
+            assert some or len(found[1]) == counts[0]
+    check("size_beside", 1 + int(radius * 9000))
 
 
 @for_each("count", [0, 1, 500])
-def test_colors_and_directions_are_those_of_the_twin(count):
-    points, slopes, around, turns = spots(count)
-    rng = np.random.default_rng(4)
-    tones = {"table": [0.6, 0.02, 0.03], "wall": [0.4, -0.01, -0.02], "slope": 0.14, "reach": 2.5}
-    for ground in (None, rng.normal(size=(count, 3))):
-        check("surface_colors", points, slopes, **tones, ground_lab=ground, ground_extent=1.2)
-    shades, shares, lab = rng.random((count, 4)), rng.random(count), rng.random((count, 3))
-    changed = lab.copy()
-    _core.shade_colors(shades, shares, changed)
-    twin.shade_colors(shades, shares, lab)
-    hold(changed, lab)
+@for_each("radius", [1.0, 1e-6])
+def test_strokes_of_a_surface_are_those_of_the_twin(count, radius):
+    surface, place, ground = surface_at(radius), place_at(radius, TURNED), ground_at(radius)
+    points, *rest = spots(count, surface)
+    all_spots, rng = (points * radius, *rest), np.random.default_rng(4)
+    tones = np.array([0.6, 0.02, 0.03]), np.array([0.4, -0.01, -0.02]), 0.14, 0.0
+    for own in (None, ground):
+        lab = check("surface_colors", surface, all_spots, tones, own).reshape(-1, 3)
+        for lamp in LAMPS[:2]:
+            shadow, both = (place._replace(lamp=lamp), *shadow_maps()), (lab.copy(), lab.copy())
+            _core.shade_colors(all_spots, shadow, 0.7, own, both[0])
+            twin.shade_colors(all_spots, shadow, 0.7, own, both[1])
+            hold(*both)
     waves = rng.normal(size=(2, _core.NUM_WAVES, 4))
     for is_still in (False, True):
-        options = {"around": around, "turns": turns, "waves": waves, "radius": 1.7, "is_still": is_still}
-        check("stage_frames", points, slopes, table=2.2, **options)
+        frames = check("stage_frames", surface, all_spots, waves, radius, is_still).reshape(-1, 3, 3)
+    check("turned_quats", TURNED, frames)
+    for contrast, longer in ((None, None), rng.random((2, count))):
+        options = {"style": (2.4, 0.02, 0.01), "contrast": contrast, "longer": longer, "oklab": OKLAB}
+        check("strokes_on", place, all_spots, frames, lab, **options)
+
+
+@for_each("dtype", [np.float32, np.float64])
+@for_each("height, width", [(1, 1), (1, 90), (60, 80), (81, 35)])
+def test_borders_and_mean_colors_are_those_of_the_twin(dtype, height, width):
+    rng = np.random.default_rng(8)
+    check("border_alpha", rng.random((height, width)).astype(dtype))
+    for weights in (np.zeros(height), rng.random(height)):
+        check("mean_lab", rng.normal(size=(height, 4, 3)).astype(dtype), weights, OKLAB)
 
 
 @for_each("name", [*STRANGE, "still life"])
@@ -161,12 +246,12 @@ def test_an_outline_is_that_of_the_twin(name, above, own):
     found = check(
         "outline_in",
         *(np.ascontiguousarray(plane, np.float64) for plane in (frame.rgb, frame.alpha)),
-        K=np.ascontiguousarray(camera.K),
-        rays=np.ascontiguousarray(camera.viewmat[:3, :3] * (1, -1, 1)),
-        eye=((away - (0, 0.5 * radius, 0)) * (1, -1, 1)).tolist(),
-        lengths=(3 * radius, 9 * radius, radius, own * radius),
-        cones_from_rgb=CONES_FROM_RGB,
-        lab_from_roots=OKLAB_FROM_ROOTS,
+        viewmat=camera.viewmat,
+        K=camera.K,
+        place=Place(np.add(center, (0, 0.5 * radius, 0)), AXES, radius, radius, radius, LAMPS[0]),
+        surface=surface_at(radius)._replace(table=3 * radius, wall=9 * radius),
+        ground_extent=own * radius / 1.5,
+        oklab=OKLAB,
     )
     assert len(found[0]) > 20 or name != "still life"
 

@@ -9,11 +9,11 @@ import pytest
 import brushgs as bg
 from brushgs.cameras.framing import plain_first_view
 from brushgs.cameras.orbit import orbit
-from brushgs.passes.add.stage_place import Place, find_place
+from brushgs.passes.add.stage import find_site
+from brushgs.passes.add.stage_place import Place
 from brushgs.passes.color.key_light import KeyLight
 from brushgs.passes.color.key_normals import stroke_normals
 from brushgs.passes.reduce.cluster import group
-from brushgs.passes.reduce.contribution import paint_of
 from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.still_life import still_life_camera
 from brushgs.still_life.bodies import bodies
@@ -60,7 +60,7 @@ def front_views(count: int = 7):
 
 
 def place_of(strokes: Gaussians) -> Place:
-    return find_place(strokes, plain_first_view(strokes), paint_of(strokes))
+    return find_site(strokes, plain_first_view(strokes)).place
 
 
 def ball(count: int = 600, color=(0.5, 0.5, 0.5), center=(0.0, 0.0, 0.0), radius: float = 1.0) -> Gaussians:

@@ -1,6 +1,6 @@
 // The stage of a scene's strokes, for a page that has no Python: `find_site`, `open_stage` and `painted_stage` of
-// brushgs/passes/add/stage.py for one camera, with the usual lamp. Each step is the function that Python calls too;
-// only the random numbers are others.
+// brushgs/passes/add/stage.py for one camera, with the usual lamp. Each step is the function of stage.hpp that Python
+// calls too; only the random numbers are others.
 #pragma once
 
 #include "brushgs/scene_strokes.hpp"
@@ -8,14 +8,12 @@
 namespace brushgs {
 
 struct StageOptions {
-    PictureView view;              // that the scene is first seen in
-    const double* level;           // [3, 3] rows right, down and away of that view, made level
-    double size, aspect;           // of strokes: 1 for the usual size; length over width
-    double lightness, chroma;      // standard deviations from stroke to stroke, OKLab
-    double shadow;                 // strength of shadow, contact and reflected color, 0 to 1
-    double values;                 // see ToneChoice
-    double least_size, most_size;  // of strokes, by the number of those of the subject, which is usual at
-    double usual_strokes;          // this
+    PictureView view;                               // that the scene is first seen in
+    const double* level;                            // [3, 3] rows right, down and away of that view, made level
+    double size, aspect;                            // of strokes: 1 for the usual size; length over width
+    double lightness, chroma;                       // standard deviations from stroke to stroke, OKLab
+    double shadow;                                  // strength of shadow, contact and reflected color, 0 to 1
+    double values;                                  // see ToneChoice
     const double *cones_from_rgb, *lab_from_roots;  // [3, 3]
 };
 

@@ -1,14 +1,50 @@
-// A stage, table and wall around a subject: maps of level ground, the shadow of the subject, the surface, its tones,
-// and places, directions and colors of its strokes. brushgs/passes/add says why. Points [count, 3] are local: right, up
-// and away from the foot of the subject, world units.
+// A stage, table and wall around a subject: where that stands, maps of level ground, the shadow of the subject, the
+// surface, its tones, and its strokes. brushgs/passes/add says why. Points [count, 3] are local: right, up and away
+// from the foot of the subject, world units.
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
+#include "brushgs/colors.hpp"
+#include "brushgs/first_view.hpp"
+#include "brushgs/quats.hpp"
+
 namespace brushgs {
+
+constexpr double kGroundBand = 0.07;  // half the thickness of a ground, in radii
+
+// Whether what is so high belongs to a ground, not to objects on it.
+inline bool is_on_ground(double height, double radius) { return std::abs(height) < kGroundBand * radius; }
+
+// Where a subject stands.
+struct Place {
+    std::array<double, 3> foot;    // the origin of local coordinates, world units
+    std::array<double, 9> axes;    // rows right, up and away, world axes; left-handed
+    double radius, width, height;  // of the subject; half the larger level size
+    std::array<double, 3> lamp;    // unit vector toward the light, local, above the ground
+
+    template <class T>
+    std::array<double, 3> local(const T* point) const {
+        std::array<double, 3> found{};
+        for (std::size_t i = 0; i < 9; ++i) found[i / 3] += axes[i] * (static_cast<double>(point[i % 3]) - foot[i % 3]);
+        return found;
+    }
+    template <class T>
+    std::vector<double> all_local(const T* points, std::size_t count) const {
+        std::vector<double> found;
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto point = local(points + 3 * i);
+            found.insert(found.end(), point.begin(), point.end());
+        }
+        return found;
+    }
+    // The local position of a camera, of its matrix [3, 4] from the world.
+    std::array<double, 3> eye_of(const double* viewmat) const;
+};
 
 // Square cells of level ground around the foot.
 struct LevelGrid {
@@ -35,7 +71,6 @@ Standing find_standing(const double* points, std::vector<double> weights, double
 
 constexpr std::size_t kGroundSide = 96;  // cells of a map
 constexpr double kGroundReach = 2.0;     // half its side, in radii of the subject
-constexpr double kGroundBand = 0.07;     // half the thickness of a ground, in radii
 
 struct GroundQuery {
     const double* points;          // [count, 3]
@@ -61,7 +96,44 @@ struct Dissolving {
     double share;
     bool is_under;
 };
-Dissolving dissolving_at(const double* coverage, double radius, const double* point);
+struct GroundView {
+    const double *coverage, *lab;
+    double extent;
+    LevelGrid grid;
+
+    GroundView(const double* covered, const double* colors, double reach, double radius)
+        : coverage(covered), lab(colors), extent(reach), grid{kGroundSide, kGroundReach * radius} {}
+    double covered_at(const double* point) const { return grid.sample(coverage, point[0], point[2]); }
+    double lab_at(const double* point, std::size_t channel) const {
+        return grid.sample(lab + channel * kGroundSide * kGroundSide, point[0], point[2]);
+    }
+    Dissolving dissolving_at(const double* point, double radius) const;
+};
+
+// What strokes become on a stage that continues the ground of their scene: it blends into the table toward its border,
+// and what lies under the table is invisible.
+template <class T>
+struct OnGround {
+    const T* means;  // [count, 3] world units
+    std::size_t count, sh_terms;
+    T *opacities, *sh;  // [count], [count, sh_terms, 3] are changed
+};
+// `table` [3] OKLab, or null for bare paper, where the ground fades out.
+template <class T>
+void dissolve(const Place& place, const GroundView& ground, const double* table, const Oklab& oklab,
+              const OnGround<T>& strokes);
+
+constexpr double kLamp[3] = {-0.75, 0.95, -0.55};  // toward the usual lamp, local: the upper left, a little in front
+
+// A sample of a scene, n of its Gaussians, where it stands.
+struct StageSite {
+    Place place;                               // on the ground that the scene brings, if it does
+    GroundMaps ground;                         // that ground
+    std::vector<double> points, weights, lab;  // [n, 3]; [n] the paint of each, 0 for a ground; [n, 3] OKLab
+};
+// `axes` [3, 3] are those of the place, `lamp` [3] is its.
+template <class T>
+StageSite find_site(const SceneView<T>& scene, const double* axes, const double* lamp, const Oklab& oklab);
 
 // Casts the shadow of a point on the ground: right and away.
 inline std::array<double, 2> cast_point(const double* point, const double* lamp) {
@@ -103,7 +175,8 @@ struct StageProfile {
     std::vector<double> rho, height, length;
     double table, wall;  // radius of the level part, distance of the wall
 };
-StageProfile profile_around(double radius, double width, double height, double farthest, double least_table);
+// `farthest` is the level distance of the farthest camera, `ground_extent` that of the scene's own ground, or 0.
+StageProfile profile_around(double radius, double width, double height, double farthest, double ground_extent);
 
 struct ProfileView {
     const double *rho, *height, *length;
@@ -129,22 +202,47 @@ struct StageEye {
 // [steps] the size of strokes along a profile.
 std::vector<double> stroke_sizes(const ProfileView& profile, double radius, double width, const StageEye& eye);
 
+// The size of strokes for a subject of so many.
+double size_beside(std::size_t num_strokes);
+
 constexpr std::size_t kSpotNoise = 7;  // random numbers of a stroke, two of them of its place
+constexpr double kOverlap = 9.6;       // strokes over each point
 
-// The number of spots of these cells [steps], areas along the profile, as far as `until` from the axis.
-std::size_t count_spots(const ProfileView& profile, const double* cells, double until);
-
-struct StageSpots {
-    std::vector<double> points, around, along;  // [count, 3], [count] radians, [count] along the profile
+// Places of strokes.
+struct SpotsView {
+    const double *points, *around, *along;  // [count, 3], [count] radians around the axis, [count] along the profile
+    const double *sizes, *noise;            // [count] root of length times width; [count, kSpotNoise] of deviation 1
+    std::size_t count;
 };
-// Spots along a spiral, evenly spread where cells are equal; noise [count, kSpotNoise] of standard deviation 1.
-StageSpots place_spots(const ProfileView& profile, const double* cells, std::size_t count, double jitter,
+struct StageSpots {
+    std::vector<double> points, around, along, sizes, noise;
+
+    SpotsView view() const {
+        return {points.data(), around.data(), along.data(), sizes.data(), noise.data(), sizes.size()};
+    }
+};
+// The number of spots of strokes of these sizes [steps] as far as `until` from the axis, with so many over each point.
+std::size_t count_spots(const ProfileView& profile, const double* sizes, double overlap, double until);
+// Spots along a spiral, evenly spread where sizes are equal.
+StageSpots place_spots(const ProfileView& profile, const double* sizes, double overlap, std::size_t count,
                        const double* noise);
 
+// Strokes of the usual sizes [steps] times `size`; fine ones in shadow, which keep its shape.
+struct LayerQuery {
+    ProfileView profile;
+    const double* usual;
+    double size, radius;
+    std::vector<ShadowView> shadows;
+};
+// The spots of the layers of broad and fine strokes, of which those are kept that lie in the light, and in shadow.
+std::array<std::size_t, 2> count_layers(const LayerQuery& query);
+StageSpots lay_layers(const LayerQuery& query, const std::array<const double*, 2>& noise);
+
 // [count] linear interpolation of [steps] values along the profile.
-std::vector<double> along_profile(const ProfileView& profile, const double* values, const std::vector<double>& along);
-// [steps] angles of the surface with the level, radians.
-std::vector<double> profile_slopes(const ProfileView& profile);
+std::vector<double> along_profile(const ProfileView& profile, const double* values, const double* along,
+                                  std::size_t count);
+// [count] angles of the surface with the level, radians.
+std::vector<double> slopes_at(const ProfileView& profile, const double* along, std::size_t count);
 
 struct StageTones {
     std::array<double, 3> table, wall;  // OKLab
@@ -152,33 +250,49 @@ struct StageTones {
     double reads;                       // share of the outline that stands out
 };
 
-// Points on a stage.
-struct StagePoints {
-    const double* points;  // [count, 3]
-    const double* slopes;  // [count] of the surface there
-    std::size_t count;
-};
+// [count, 3] OKLab of table and wall; `ground` may be null.
+std::vector<double> surface_colors(const ProfileView& profile, const SpotsView& spots, const StageTones& tones,
+                                   const GroundView* ground);
 
-// Writes [count, 3] OKLab of table and wall; `ground_lab` [count, 3] of the scene's own ground, or null.
-void surface_colors(const StagePoints& at, const StageTones& tones, double wall, const double* ground_lab,
-                    double ground_extent, double* lab);
-
-// Darkens and tints a color of the stage in shadow; `share` is its strength, 0 to 1.
-void shade_color(const Shade& shade, double share, double* lab);
+// Darkens and tints colors [count, 3] of the stage in shadow of a strength from 0 to 1; a ground has its shadow
+// already.
+void shade_colors(const SpotsView& spots, const ShadowView& shadow, double strength, const GroundView* ground,
+                  double* lab);
 
 constexpr std::size_t kWaves = 6;
 
-struct FrameQuery {
-    StagePoints at;
-    const double* around;       // [count] radians
-    const double* turns;        // [count] random numbers of standard deviation 1
-    const double* table_waves;  // [kWaves, 4] directions and phases
-    const double* wall_waves;
-    double table, radius;  // of the level part, of the subject
-    bool is_still;         // seen from one side: strokes of the table are level there
+// [count, 3, 3] axes in columns: along, across, off the surface. `waves` [2, kWaves, 4] are random numbers, three of
+// deviation 1 and one from 0 to 1. `is_still`: seen from one side, strokes of the table are level there.
+std::vector<double> stage_frames(const ProfileView& profile, const SpotsView& spots, const double* waves, double radius,
+                                 bool is_still);
+
+// Writes the quaternion of local axes [3, 3] in columns; the second may be flipped, as those of places are left-handed.
+template <class T>
+void turn_to_world(const std::array<double, 9>& axes, const double* frame, T* quat) {
+    double m[9] = {};
+    for (std::size_t i = 0; i < 27; ++i) {
+        const std::size_t row = i / 9, column = i / 3 % 3, k = i % 3;
+        m[3 * row + column] += axes[3 * k + row] * frame[3 * k + column];
+    }
+    const double determinant =
+        m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
+    for (std::size_t row = 0; row < 3 && determinant < 0; ++row) m[3 * row + 1] = -m[3 * row + 1];
+    write_quat(m, quat);
+}
+
+struct StrokeStyle {
+    double aspect;                    // length over width
+    double jitter[2];                 // deviations of OKLab lightness, and of a and b, from stroke to stroke
+    const double *contrast, *longer;  // [count] factors on these and on lengths, or null
 };
-// Writes [count, 3, 3] axes in columns: along, across, off the surface.
-void stage_frames(const FrameQuery& query, double* frames);
+template <class T>
+struct StageStrokes {
+    std::vector<T> means, quats, scales, opacities, sh;  // [count, 3], [count, 4], [count, 3], [count], [count, 1, 3]
+};
+// Strokes on spots, of frames [count, 3, 3] and colors [count, 3] OKLab.
+template <class T>
+StageStrokes<T> strokes_on(const Place& place, const SpotsView& spots, const double* frames, const double* lab,
+                           const StrokeStyle& style, const Oklab& oklab);
 
 constexpr double kOutlineReads = 0.15;  // OKLab lightness difference at which a silhouette stands out
 
@@ -189,17 +303,28 @@ struct Outline {
     std::vector<double> lateral;         // place of the wall behind, -1 to 1
 };
 
+constexpr int kOutlineSide = 160;  // pixels, longer side of the picture in which it is found
+
 struct OutlineView {
     const double* rgb;    // [height, width, 3] premultiplied
     const double* alpha;  // [height, width]
     std::size_t height, width;
+    const double* viewmat;  // [3, 4] camera from world
     double fx, fy, cx, cy;  // pixels
-    const double* rays;     // [3, 3] local directions of right, down and forward, in rows
-    const double* eye;      // [3] local
-    double table, wall, radius, own;
-    const double *cones_from_rgb, *lab_from_roots;  // [3, 3]
 };
-Outline outline_in(const OutlineView& view);
+Outline outline_in(const OutlineView& view, const Place& place, const ProfileView& profile, double ground_extent,
+                   const Oklab& oklab);
+
+constexpr double kFullBorder = 0.8;  // alpha of the border above which a scene fills its picture
+
+// Mean alpha of the border of a picture.
+template <class T>
+double border_alpha(const T* alpha, std::size_t height, std::size_t width);
+
+// The mean color of Gaussians, OKLab; a middle gray of what has no weight.
+template <class T>
+std::array<double, 3> mean_lab(const T* sh, std::size_t sh_terms, const double* weights, std::size_t count,
+                               const Oklab& oklab);
 
 struct ToneChoice {
     std::array<double, 3> mean;  // OKLab of the subject
