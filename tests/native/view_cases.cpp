@@ -147,24 +147,24 @@ Steps stage(const Gaussians<T>& scene, int) {
     const double radius = place.radius;
     const auto shadow =
         brushgs::cast_shadow({site.points.data(), site.weights.data(), site.lab.data(), scene.count, radius, lamp});
-    const auto profile = brushgs::profile_around(radius, place.width, place.height, 6 * radius, site.ground.extent);
+    const auto profile = brushgs::profile_around(place, 6 * radius, site.ground.extent);
     const brushgs::ProfileView view(profile);
     const brushgs::ShadowView shades{shadow.shade.data(), shadow.contact.data(), shadow.reflected.data(), radius, lamp};
-    const auto usual = brushgs::stroke_sizes(view, radius, place.width, {6 * radius, 5 * radius});
-    const brushgs::LayerQuery query{view, usual.data(), brushgs::size_beside(scene.count), radius, {shades}};
-    const auto counts = brushgs::count_layers(query);
-    const auto broad = random.numbers<double>(brushgs::kSpotNoise * counts[0], -1, 1),
-               fine = random.numbers<double>(brushgs::kSpotNoise * counts[1], -1, 1),
-               waves = random.numbers<double>(8 * brushgs::kWaves, 0, 1);
-    const auto spots = brushgs::lay_layers(query, {broad.data(), fine.data()});
+    const auto usual = brushgs::stroke_sizes(view, place, 6 * radius, 5 * radius);
+    const auto draw = [&](std::size_t, std::size_t count) {
+        return random.numbers<double>(brushgs::kSpotNoise * count, -1, 1);
+    };
+    const auto spots =
+        brushgs::lay_layers(view, usual.data(), brushgs::size_beside(scene.count), radius, {shades}, draw);
+    const auto waves = random.numbers<double>(8 * brushgs::kWaves, 0, 1);
     const auto& maps = site.ground;
     const brushgs::GroundView ground(maps.coverage.data(), maps.lab.data(), maps.extent, radius);
     const auto* const own = maps.is_found ? &ground : nullptr;
     auto lab = brushgs::surface_colors(view, spots.view(), {{0.6, 0.02, 0.03}, {0.4, -0.01, -0.02}, 0.14, 0}, own);
     brushgs::shade_colors(spots.view(), shades, 0.6, own, lab.data());
     const auto frames = brushgs::stage_frames(view, spots.view(), waves.data(), radius, true);
-    const auto strokes = brushgs::strokes_on<T>(place, spots.view(), frames.data(), lab.data(),
-                                                {2.4, {0.008, 0.004}, nullptr, nullptr}, oklab);
+    const auto strokes = brushgs::strokes_on(place, spots.view(), frames.data(), lab.data(),
+                                             {2.4, {0.008, 0.004}, nullptr, nullptr}, oklab);
     for (std::size_t i = 0; i < strokes.means.size(); ++i) {
         const std::size_t k = i % 3;
         steps.add((static_cast<double>(strokes.means[i]) - place.foot[k]) / radius);

@@ -47,8 +47,7 @@ public:
         for (std::size_t k = 0; k < 3; ++k) lamp[k] = kLamp[k] / length;
         site_ = find_site(view_of(scene), axes, lamp, oklab_);
         eye_ = site_.place.eye_of(options.view.viewmat);
-        profile_ = profile_around(site_.place.radius, site_.place.width, site_.place.height,
-                                  std::hypot(eye_[0], eye_[2]), site_.ground.extent);
+        profile_ = profile_around(site_.place, std::hypot(eye_[0], eye_[2]), site_.ground.extent);
     }
 
     StagedStrokes run() {
@@ -108,29 +107,31 @@ private:
         const ShadowView shadow{maps.shade.data(), maps.contact.data(), maps.reflected.data(), place.radius,
                                 place.lamp.data()};
         const double distance = std::hypot(eye_[0], eye_[1], eye_[2]);
-        const StageEye eye{distance, distance * options_.view.width / options_.view.fx};
-        const Doubles usual = stroke_sizes(profile, place.radius, place.width, eye);
-        LayerQuery layers{profile, usual.data(), size_beside(strokes_.count) * options_.size, place.radius, {}};
-        if (options_.shadow > 0) layers.shadows.push_back(shadow);
-        const auto counts = count_layers(layers);
+        const Doubles usual = stroke_sizes(profile, place, distance, distance * options_.view.width / options_.view.fx);
+        const double size = size_beside(strokes_.count) * options_.size;
+        const std::vector<ShadowView> shadows(options_.shadow > 0 ? 1 : 0, shadow);
         Draws draws;
-        Doubles broad(kSpotNoise * counts[0]), fine(kSpotNoise * counts[1]), waves(8 * kWaves);
-        for (auto* noise : {&broad, &fine})
-            for (double& value : *noise) value = draws.next_normal();
-        for (std::size_t i = 0; i < waves.size(); ++i) waves[i] = i % 4 == 3 ? draws.next() : draws.next_normal();
-        const StageSpots all = lay_layers(layers, {broad.data(), fine.data()});
+        const StageSpots all =
+            lay_layers(profile, usual.data(), size, place.radius, shadows, [&](std::size_t, std::size_t count) {
+                Doubles noise(kSpotNoise * count);
+                for (double& value : noise) value = draws.next_normal();
+                return noise;
+            });
         const SpotsView spots = all.view();
+        Doubles waves(8 * kWaves);
+        for (std::size_t i = 0; i < waves.size(); ++i) waves[i] = i % 4 == 3 ? draws.next() : draws.next_normal();
         Doubles lab = surface_colors(profile, spots, tones, ground);
         if (options_.shadow > 0) shade_colors(spots, shadow, options_.shadow, ground, lab.data());
         const Doubles frames = stage_frames(profile, spots, waves.data(), place.radius, true);
-        auto made =
-            strokes_on<float>(place, spots, frames.data(), lab.data(),
-                              {options_.aspect, {options_.lightness, options_.chroma}, nullptr, nullptr}, oklab_);
-        return {std::move(made.means),
-                std::move(made.quats),
-                std::move(made.scales),
-                std::move(made.opacities),
-                std::move(made.sh),
+        const StageStrokes made =
+            strokes_on(place, spots, frames.data(), lab.data(),
+                       {options_.aspect, {options_.lightness, options_.chroma}, nullptr, nullptr}, oklab_);
+        const auto floats = [](const Doubles& values) { return std::vector<float>(values.begin(), values.end()); };
+        return {floats(made.means),
+                floats(made.quats),
+                floats(made.scales),
+                floats(made.opacities),
+                floats(made.sh),
                 spots.count,
                 1};
     }

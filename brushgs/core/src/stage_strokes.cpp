@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "brushgs/quats.hpp"
 #include "brushgs/stage.hpp"
 
 namespace brushgs {
@@ -11,25 +12,16 @@ namespace {
 
 constexpr double kUsualStrokes = 6000;    // of a painting, at which the strokes of a stage have their usual size
 constexpr double kSizes[2] = {0.6, 1.8};  // least and most of it, however many the subject has
+constexpr double kOverlap = 9.6;          // strokes over each point
 constexpr double kFine = 0.55;            // size of strokes in the shadow, relative to others at that distance
 constexpr double kShaded = 0.08;          // minimum shade or contact of fine strokes
 constexpr double kSizeJitter = 0.18;      // deviation of the logarithm of sizes
 constexpr double kSigmas = 3.6;           // size of a stroke in standard deviations
 constexpr double kThickness = 0.01, kOpacity = 0.95;
 
-// Of the layer of broad strokes, and of fine ones.
-struct Layer {
-    std::vector<double> sizes;
-    double until;
-};
-std::array<Layer, 2> layers_of(const LayerQuery& query) {
-    std::array<Layer, 2> layers{Layer{{}, std::numeric_limits<double>::infinity()},
-                                Layer{{}, kShadowReach * query.radius}};
-    for (std::size_t i = 0; i < query.profile.steps; ++i) {
-        layers[0].sizes.push_back(query.usual[i] * query.size);
-        layers[1].sizes.push_back(query.usual[i] * kFine * std::min(query.size, 1.0));
-    }
-    return layers;
+void append(std::vector<double>& to, const std::vector<double>& from, std::size_t i, std::size_t width = 1) {
+    const double* const first = from.data() + width * i;
+    to.insert(to.end(), first, first + width);
 }
 
 }  // namespace
@@ -38,45 +30,46 @@ double size_beside(std::size_t num_strokes) {
     return std::clamp(std::sqrt(kUsualStrokes / static_cast<double>(num_strokes)), kSizes[0], kSizes[1]);
 }
 
-std::array<std::size_t, 2> count_layers(const LayerQuery& query) {
-    const auto [broad, fine] = layers_of(query);
-    return {count_spots(query.profile, broad.sizes.data(), kOverlap, broad.until),
-            count_spots(query.profile, fine.sizes.data(), kOverlap, fine.until)};
-}
-
-StageSpots lay_layers(const LayerQuery& query, const std::array<const double*, 2>& noise) {
-    const auto layers = layers_of(query);
-    const auto counts = count_layers(query);
+StageSpots lay_layers(const ProfileView& profile, const double* usual, double size, double radius,
+                      const std::vector<ShadowView>& shadows, const Draw& draw) {
     StageSpots kept;
-    const auto add = [](std::vector<double>& to, const std::vector<double>& from, std::size_t i, std::size_t width) {
-        const double* const first = from.data() + width * i;
-        to.insert(to.end(), first, first + width);
-    };
     for (std::size_t layer = 0; layer < 2; ++layer) {
-        const StageSpots all =
-            place_spots(query.profile, layers[layer].sizes.data(), kOverlap, counts[layer], noise[layer]);
+        std::vector<double> sizes(usual, usual + profile.steps);
+        for (double& value : sizes) value *= layer == 0 ? size : kFine * std::min(size, 1.0);
+        const double until = layer == 0 ? std::numeric_limits<double>::infinity() : kShadowReach * radius;
+        const StageSpots all = place_spots(profile, {sizes.data(), kOverlap, until, layer}, draw);
         for (std::size_t i = 0; i < all.sizes.size(); ++i) {
-            const bool is_shaded = std::ranges::any_of(query.shadows, [&](const ShadowView& shadow) {
+            const bool is_shaded = std::ranges::any_of(shadows, [&](const ShadowView& shadow) {
                 const Shade found = shadow.at(&all.points[3 * i]);
                 return std::max(found.shade, found.contact) > kShaded;
             });
             if (is_shaded != (layer == 1)) continue;
-            add(kept.points, all.points, i, 3);
-            add(kept.around, all.around, i, 1);
-            add(kept.along, all.along, i, 1);
-            add(kept.sizes, all.sizes, i, 1);
-            add(kept.noise, all.noise, i, kSpotNoise);
+            append(kept.points, all.points, i, 3);
+            append(kept.around, all.around, i);
+            append(kept.along, all.along, i);
+            append(kept.sizes, all.sizes, i);
+            append(kept.noise, all.noise, i, kSpotNoise);
         }
     }
     return kept;
 }
 
-template <class T>
-StageStrokes<T> strokes_on(const Place& place, const SpotsView& spots, const double* frames, const double* lab,
-                           const StrokeStyle& style, const Oklab& oklab) {
-    StageStrokes<T> strokes{std::vector<T>(3 * spots.count), std::vector<T>(4 * spots.count),
-                            std::vector<T>(3 * spots.count), std::vector<T>(spots.count, static_cast<T>(kOpacity)),
-                            std::vector<T>(3 * spots.count)};
+void turn_to_world(const double* axes, const double* frame, double* quat) {
+    double m[9] = {};
+    for (std::size_t i = 0; i < 27; ++i) {
+        const std::size_t row = i / 9, column = i / 3 % 3, k = i % 3;
+        m[3 * row + column] += axes[3 * k + row] * frame[3 * k + column];
+    }
+    const double determinant =
+        m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
+    for (std::size_t row = 0; row < 3 && determinant < 0; ++row) m[3 * row + 1] = -m[3 * row + 1];
+    write_quat(m, quat);
+}
+
+StageStrokes strokes_on(const Place& place, const SpotsView& spots, const double* frames, const double* lab,
+                        const StrokeStyle& style, const Oklab& oklab) {
+    const auto column = [&](std::size_t width) { return std::vector<double>(width * spots.count); };
+    StageStrokes strokes{column(3), column(4), column(3), std::vector<double>(spots.count, kOpacity), column(3)};
     const double root = std::sqrt(style.aspect);
     for (std::size_t i = 0; i < spots.count; ++i) {
         const double* const noise = spots.noise + kSpotNoise * i;
@@ -91,11 +84,11 @@ StageStrokes<T> strokes_on(const Place& place, const SpotsView& spots, const dou
         for (std::size_t k = 0; k < 3; ++k) {
             double mean = place.foot[k];
             for (std::size_t axis = 0; axis < 3; ++axis) mean += spots.points[3 * i + axis] * place.axes[3 * axis + k];
-            strokes.means[3 * i + k] = static_cast<T>(mean);
-            strokes.scales[3 * i + k] = static_cast<T>(size * sides[k]);
-            strokes.sh[3 * i + k] = static_cast<T>((std::clamp(rgb[k], 0.0, 1.0) - 0.5) / kBand0);
+            strokes.means[3 * i + k] = mean;
+            strokes.scales[3 * i + k] = size * sides[k];
+            strokes.sh[3 * i + k] = (std::clamp(rgb[k], 0.0, 1.0) - 0.5) / kBand0;
         }
-        turn_to_world(place.axes, frames + 9 * i, &strokes.quats[4 * i]);
+        turn_to_world(place.axes.data(), frames + 9 * i, &strokes.quats[4 * i]);
     }
     return strokes;
 }
@@ -118,12 +111,7 @@ void dissolve(const Place& place, const GroundView& ground, const double* table,
     }
 }
 
-#define BRUSHGS_INSTANTIATE(T)                                                                           \
-    template StageStrokes<T> strokes_on<T>(const Place&, const SpotsView&, const double*, const double*, \
-                                           const StrokeStyle&, const Oklab&);                            \
-    template void dissolve<T>(const Place&, const GroundView&, const double*, const Oklab&, const OnGround<T>&);
-BRUSHGS_INSTANTIATE(float)
-BRUSHGS_INSTANTIATE(double)
-#undef BRUSHGS_INSTANTIATE
+template void dissolve<float>(const Place&, const GroundView&, const double*, const Oklab&, const OnGround<float>&);
+template void dissolve<double>(const Place&, const GroundView&, const double*, const Oklab&, const OnGround<double>&);
 
 }  // namespace brushgs

@@ -102,8 +102,8 @@ double smooth_step(double x) {
 
 }  // namespace
 
-StageProfile profile_around(double radius, double width, double height, double farthest, double ground_extent) {
-    const double usual = kTable * std::max({1.2 * width, radius, 0.8 * height});
+StageProfile profile_around(const Place& place, double farthest, double ground_extent) {
+    const double usual = kTable * std::max({1.2 * place.width, place.radius, 0.8 * place.height});
     const double table = std::max(usual, kOnGround * ground_extent);
     const double wall = std::max(kBeyondEye * farthest, 1.6 * table), rise = kRise * wall;
     constexpr std::size_t level = kSteps / 4, cove = kSteps / 2, upright = kSteps / 4;
@@ -138,33 +138,29 @@ std::vector<double> slopes_at(const ProfileView& profile, const double* along, s
     return along_profile(profile, slopes.data(), along, count);
 }
 
-std::vector<double> stroke_sizes(const ProfileView& profile, double radius, double width, const StageEye& eye) {
+std::vector<double> stroke_sizes(const ProfileView& profile, const Place& place, double distance, double seen_width) {
     std::vector<double> sizes(profile.steps);
     for (std::size_t i = 0; i < profile.steps; ++i) {
-        const double rho = profile.rho[i], away = std::clamp((rho - width) / (kFar * radius), 0.0, 1.0);
+        const double rho = profile.rho[i], away = std::clamp((rho - place.width) / (kFar * place.radius), 0.0, 1.0);
         const double share = kNearSize + (kFarSize - kNearSize) * away;
-        const double seen = share * eye.seen_width * std::hypot(1.0, rho / std::max(eye.distance, 1e-300));
-        sizes[i] = std::max(seen, kLeastSize * radius);
+        const double seen = share * seen_width * std::hypot(1.0, rho / std::max(distance, 1e-300));
+        sizes[i] = std::max(seen, kLeastSize * place.radius);
     }
     return sizes;
 }
 
-std::size_t count_spots(const ProfileView& profile, const double* sizes, double overlap, double until) {
-    const auto counts = Cells(profile, sizes, overlap).counts;
-    const auto last =
-        static_cast<std::size_t>(std::lower_bound(profile.rho, profile.rho + profile.steps, until) - profile.rho);
-    return static_cast<std::size_t>(counts[std::min(last, profile.steps - 1)]);
-}
-
-StageSpots place_spots(const ProfileView& profile, const double* sizes, double overlap, std::size_t count,
-                       const double* noise) {
-    const Cells cells(profile, sizes, overlap);
+StageSpots place_spots(const ProfileView& profile, const SpotQuery& query, const Draw& draw) {
+    const Cells cells(profile, query.sizes, query.overlap);
     const std::size_t steps = profile.steps;
+    const auto last =
+        static_cast<std::size_t>(std::lower_bound(profile.rho, profile.rho + steps, query.until) - profile.rho);
+    const auto count = static_cast<std::size_t>(cells.counts[std::min(last, steps - 1)]);
     StageSpots spots{std::vector<double>(3 * count),
                      std::vector<double>(count),
                      std::vector<double>(count),
                      {},
-                     {noise, noise + kSpotNoise * count}};
+                     draw(query.layer, count)};
+    const std::vector<double>& noise = spots.noise;
     for (std::size_t i = 0; i < count; ++i) {
         const double place = static_cast<double>(i) + 0.5;
         double along = interpolated(cells.counts.data(), profile.length, steps, place), around = place * kGolden;
@@ -179,7 +175,7 @@ StageSpots place_spots(const ProfileView& profile, const double* sizes, double o
         spots.along[i] = along;
         spots.around[i] = around;
     }
-    spots.sizes = along_profile(profile, sizes, spots.along.data(), count);
+    spots.sizes = along_profile(profile, query.sizes, spots.along.data(), count);
     return spots;
 }
 

@@ -113,8 +113,8 @@ def mean_lab(gaussians: Gaussians, weights: Array | None = None) -> F64:
     """
     if weights is None:
         weights = paint_of(gaussians)
-    weights = np.ascontiguousarray(weights, np.float64)
-    return np.asarray(_core.mean_lab(gaussians.sh, weights, OKLAB), np.float64)
+    shares = np.ascontiguousarray(weights, np.float64)
+    return np.asarray(_core.mean_lab(gaussians.sh, shares, OKLAB), np.float64)
 
 
 def ground_color(gaussians: Gaussians, tone: Tone = TONED) -> tuple[float, float, float]:

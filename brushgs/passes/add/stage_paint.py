@@ -11,7 +11,7 @@ from brushgs.passes.add.stage_ground import Ground
 from brushgs.passes.add.stage_map import Layout, Manner, layout_of, map_colors, map_contrasts, map_directions
 from brushgs.passes.add.stage_place import Place
 from brushgs.passes.add.stage_shadow import Shadow
-from brushgs.passes.add.stage_surface import Spots, Surface, random_numbers, spots_on
+from brushgs.passes.add.stage_surface import Spots, Surface, noise_of, spots_on
 from brushgs.passes.add.stage_tones import Tones
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera
@@ -73,10 +73,8 @@ def stage_strokes(
         return _in_manner(
             brushwork.manner, place, surface, (shadow, tones, ground), brushwork, cameras, usual, g
         )
-    layers = surface, usual, float(brushwork.size), place.radius
-    counts = _core.count_layers(*layers)
-    noise = [random_numbers(one, count) for one, count in zip(of_layers, counts, strict=True)]
-    spots = Spots.of(_core.lay_layers(*layers, noise, shadows if brushwork.shadow else ()))
+    size, casting = float(brushwork.size), shadows if brushwork.shadow else ()
+    spots = Spots.of(_core.lay_layers(surface, usual, size, place.radius, casting, noise_of(of_layers)))
     lab = _colors(spots, surface, shadow, tones, brushwork, ground)
     frames = _frames(spots, place, surface, len(cameras) == 1, g)
     return _strokes(place, spots, frames, lab, (brushwork.aspect, *brushwork.jitter))
@@ -173,11 +171,7 @@ def _count(surface: Surface, sizes: F64) -> float:
 def _sizes(surface: Surface, place: Place, cameras: Sequence[Camera]) -> F64:
     """[steps] size of strokes along the profile, world units."""
     distance = float(np.median([np.linalg.norm(place.local(c.position[None])[0]) for c in cameras]))
-    seen_width = place.seen_width(cameras)
-    found = _core.stroke_sizes(
-        surface, radius=place.radius, width=place.width, distance=distance, seen_width=seen_width
-    )
-    return np.asarray(found)
+    return np.asarray(_core.stroke_sizes(surface, place, distance, place.seen_width(cameras)))
 
 
 def _colors(

@@ -4,7 +4,7 @@ It is a surface of revolution around the subject, so it looks the same in every 
 on it along a spiral of equal areas, small near the subject and large far away.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -69,14 +69,7 @@ def surface_around(place: Place, farthest: float, ground: Ground | None = None) 
         farthest: level distance of the farthest camera from the subject's axis, world units.
         ground: of the scene itself, which the level part continues; None without.
     """
-    found = _core.profile_around(
-        radius=place.radius,
-        width=place.width,
-        height=place.height,
-        farthest=farthest,
-        ground_extent=0.0 if ground is None else ground.extent,
-    )
-    return Surface(*found)
+    return Surface(*_core.profile_around(place, farthest, 0.0 if ground is None else ground.extent))
 
 
 def spots_on(surface: Surface, sizes: F64, overlap: float, g: np.random.Generator) -> Spots:
@@ -88,13 +81,12 @@ def spots_on(surface: Surface, sizes: F64, overlap: float, g: np.random.Generato
         overlap: strokes over each point.
         g: random numbers.
     """
-    noise = random_numbers(g, _core.count_spots(surface, sizes, overlap, np.inf))
-    return Spots.of(_core.place_spots(surface, sizes, overlap, noise))
+    return Spots.of(_core.place_spots(surface, sizes, overlap, np.inf, noise_of([g])))
 
 
-def random_numbers(g: np.random.Generator, count: int) -> F64:
-    """[count, 7] the random numbers of spots."""
-    return g.normal(0, 1, (count, _core.SPOT_NOISE))
+def noise_of(generators: Sequence[np.random.Generator]) -> Callable[[int, int], F64]:
+    """Gives [count, 7] random numbers of spots in a layer, each layer from its own generator."""
+    return lambda layer, count: generators[layer].normal(0, 1, (count, _core.SPOT_NOISE))
 
 
 def at_lengths(surface: Surface, along: F64, around: F64) -> F64:

@@ -113,7 +113,7 @@ def choose_tones(
     """
     if isinstance(choice, tuple):
         table, wall = choice
-        return Tones(table, wall, 0.0, _core.tones_read(*outline, float(table[0]), float(wall[0])))
+        return Tones(table, wall, 0.0, _core.tones_read(outline, float(table[0]), float(wall[0])))
     low, high = RANGES[choice]
-    found = _core.choose_tones(*outline, mean=mean.tolist(), low=low, high=high, ground=ground, values=values)
+    found = _core.choose_tones(outline, mean.tolist(), low, high, ground, values)
     return Tones(*found)

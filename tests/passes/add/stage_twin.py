@@ -191,7 +191,8 @@ NEAR_SIZE, FAR_SIZE, FAR, LEAST_SIZE = 0.12, 0.26, 3.0, 0.1
 USUAL_STROKES, SIZES, FINE, OVERLAP, SHADED, JITTER = 6000, (0.6, 1.8), 0.55, 9.6, 0.08, 0.35
 
 
-def profile_around(*, radius, width, height, farthest, ground_extent):
+def profile_around(place, farthest, ground_extent):
+    _, _, radius, width, height, _ = place
     flat = max(TABLE * max(1.2 * width, radius, 0.8 * height), ON_GROUND * ground_extent)
     wall = max(BEYOND_EYE * farthest, 1.6 * flat)
     rise, turn = RISE * wall, np.linspace(0, np.pi / 2, STEPS // 2)
@@ -208,8 +209,8 @@ def slopes_at(surface, along):
     return np.interp(along, length, np.arctan2(np.gradient(height), np.gradient(rho)))
 
 
-def stroke_sizes(surface, *, radius, width, distance, seen_width):
-    rho = surface[0]
+def stroke_sizes(surface, place, distance, seen_width):
+    rho, (_, _, radius, width, *_) = surface[0], place
     share = NEAR_SIZE + (FAR_SIZE - NEAR_SIZE) * np.clip((rho - width) / (FAR * radius), 0, 1)
     return np.maximum(share * seen_width * np.hypot(1, rho / max(distance, 1e-300)), LEAST_SIZE * radius)
 
@@ -223,15 +224,13 @@ def _counts(surface, cells):
     return np.cumsum(2 * np.pi * rho * np.gradient(length) / cells)
 
 
-def count_spots(surface, sizes, overlap, until):
-    rho = surface[0]
-    return int(_counts(surface, sizes**2 / overlap)[min(np.searchsorted(rho, until), len(rho) - 1)])
-
-
-def place_spots(surface, sizes, overlap, noise):
+def place_spots(surface, sizes, overlap, until, draw, layer=0):
     rho, height, length, *_ = surface
-    cells, k = sizes**2 / overlap, np.arange(len(noise)) + 0.5
-    along, around = np.interp(k, _counts(surface, cells), length), k * np.pi * (3 - np.sqrt(5))
+    cells = sizes**2 / overlap
+    counts = _counts(surface, cells)
+    noise = draw(layer, int(counts[min(np.searchsorted(rho, until), len(rho) - 1)]))
+    k = np.arange(len(noise)) + 0.5
+    along, around = np.interp(k, counts, length), k * np.pi * (3 - np.sqrt(5))
     away, width = np.interp(along, length, rho), np.sqrt(np.interp(along, length, cells))
     along = np.clip(along + JITTER * width * noise[:, 0], 0, length[-1])
     around = around + JITTER * width / np.maximum(away, width) * noise[:, 1]
@@ -240,22 +239,15 @@ def place_spots(surface, sizes, overlap, noise):
     return np.column_stack(points), around, along, np.interp(along, length, sizes), noise
 
 
-def _layers(usual, size, radius):
-    return (usual * size, np.inf), (usual * FINE * min(size, 1), SHADOW_REACH * radius)
-
-
-def count_layers(surface, usual, size, radius):
-    return tuple(count_spots(surface, sizes, OVERLAP, until) for sizes, until in _layers(usual, size, radius))
-
-
-def lay_layers(surface, usual, size, radius, noise, shadows):
+def lay_layers(surface, usual, size, radius, shadows, draw):
     kept = []
-    for is_fine, (sizes, _) in enumerate(_layers(usual, size, radius)):
-        spots = place_spots(surface, sizes, OVERLAP, noise[is_fine])
+    layers = (usual * size, np.inf), (usual * FINE * min(size, 1), SHADOW_REACH * radius)
+    for layer, (sizes, until) in enumerate(layers):
+        spots = place_spots(surface, sizes, OVERLAP, until, draw, layer)
         is_shaded = np.zeros(len(spots[0]), bool)
         for shadow in shadows:
             is_shaded |= shadow_at(shadow, spots[0])[:, :2].max(axis=1) > SHADED
-        kept.append([column[is_shaded == is_fine] for column in spots])
+        kept.append([column[is_shaded == layer] for column in spots])
     return tuple(np.concatenate(pair) for pair in zip(*kept, strict=True))
 
 
@@ -384,11 +376,12 @@ def _reads(lightness, is_table, lateral, tables, walls, slopes):
     return (below.sum(axis=1)[:, None, None] + above.sum(axis=2)) / max(len(lightness), 1)
 
 
-def tones_read(lightness, is_table, lateral, table, wall):
-    return _reads(lightness, is_table, lateral, *np.array([[table], [wall], [0.0]])).item()
+def tones_read(outline, table, wall):
+    return _reads(*outline, *np.array([[table], [wall], [0.0]])).item()
 
 
-def choose_tones(lightness, is_table, lateral, *, mean, low, high, ground, values):
+def choose_tones(outline, mean, low, high, ground, values):
+    lightness, is_table, lateral = outline
     walls = LIGHTNESS[(low <= LIGHTNESS) & (high >= LIGHTNESS)]
     tables = LIGHTNESS if ground is None else ground[:1]
     reads = _reads(lightness, is_table, lateral, tables, walls, SLOPES)

@@ -7,11 +7,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "brushgs/colors.hpp"
 #include "brushgs/first_view.hpp"
-#include "brushgs/quats.hpp"
 
 namespace brushgs {
 
@@ -176,7 +176,7 @@ struct StageProfile {
     double table, wall;  // radius of the level part, distance of the wall
 };
 // `farthest` is the level distance of the farthest camera, `ground_extent` that of the scene's own ground, or 0.
-StageProfile profile_around(double radius, double width, double height, double farthest, double ground_extent);
+StageProfile profile_around(const Place& place, double farthest, double ground_extent);
 
 struct ProfileView {
     const double *rho, *height, *length;
@@ -194,24 +194,21 @@ struct ProfileView {
         : rho(r), height(h), length(l), steps(n), table(t), wall(w) {}
 };
 
-// What a stage is seen by.
-struct StageEye {
-    double distance;    // of the camera from the foot
-    double seen_width;  // of a picture at the subject, world units
-};
-// [steps] the size of strokes along a profile.
-std::vector<double> stroke_sizes(const ProfileView& profile, double radius, double width, const StageEye& eye);
+// [steps] the size of strokes along a profile, for a camera at a distance from the foot whose pictures show a width of
+// it there.
+std::vector<double> stroke_sizes(const ProfileView& profile, const Place& place, double distance, double seen_width);
 
 // The size of strokes for a subject of so many.
 double size_beside(std::size_t num_strokes);
 
 constexpr std::size_t kSpotNoise = 7;  // random numbers of a stroke, two of them of its place
-constexpr double kOverlap = 9.6;       // strokes over each point
+// Gives [count, kSpotNoise] random numbers of deviation 1 for the strokes of a layer.
+using Draw = std::function<std::vector<double>(std::size_t layer, std::size_t count)>;
 
 // Places of strokes.
 struct SpotsView {
     const double *points, *around, *along;  // [count, 3], [count] radians around the axis, [count] along the profile
-    const double *sizes, *noise;            // [count] root of length times width; [count, kSpotNoise] of deviation 1
+    const double *sizes, *noise;            // [count] root of length times width; [count, kSpotNoise]
     std::size_t count;
 };
 struct StageSpots {
@@ -221,22 +218,19 @@ struct StageSpots {
         return {points.data(), around.data(), along.data(), sizes.data(), noise.data(), sizes.size()};
     }
 };
-// The number of spots of strokes of these sizes [steps] as far as `until` from the axis, with so many over each point.
-std::size_t count_spots(const ProfileView& profile, const double* sizes, double overlap, double until);
-// Spots along a spiral, evenly spread where sizes are equal.
-StageSpots place_spots(const ProfileView& profile, const double* sizes, double overlap, std::size_t count,
-                       const double* noise);
-
-// Strokes of the usual sizes [steps] times `size`; fine ones in shadow, which keep its shape.
-struct LayerQuery {
-    ProfileView profile;
-    const double* usual;
-    double size, radius;
-    std::vector<ShadowView> shadows;
+// Spots along a spiral as far as `until` from the axis, evenly spread where sizes [steps] are equal: so many strokes
+// over each point.
+struct SpotQuery {
+    const double* sizes;
+    double overlap, until;
+    std::size_t layer = 0;
 };
-// The spots of the layers of broad and fine strokes, of which those are kept that lie in the light, and in shadow.
-std::array<std::size_t, 2> count_layers(const LayerQuery& query);
-StageSpots lay_layers(const LayerQuery& query, const std::array<const double*, 2>& noise);
+StageSpots place_spots(const ProfileView& profile, const SpotQuery& query, const Draw& draw);
+
+// Two layers of strokes of the usual sizes [steps] times `size`: broad ones in the light, fine ones in shadow, which
+// keep its shape.
+StageSpots lay_layers(const ProfileView& profile, const double* usual, double size, double radius,
+                      const std::vector<ShadowView>& shadows, const Draw& draw);
 
 // [count] linear interpolation of [steps] values along the profile.
 std::vector<double> along_profile(const ProfileView& profile, const double* values, const double* along,
@@ -267,32 +261,19 @@ std::vector<double> stage_frames(const ProfileView& profile, const SpotsView& sp
                                  bool is_still);
 
 // Writes the quaternion of local axes [3, 3] in columns; the second may be flipped, as those of places are left-handed.
-template <class T>
-void turn_to_world(const std::array<double, 9>& axes, const double* frame, T* quat) {
-    double m[9] = {};
-    for (std::size_t i = 0; i < 27; ++i) {
-        const std::size_t row = i / 9, column = i / 3 % 3, k = i % 3;
-        m[3 * row + column] += axes[3 * k + row] * frame[3 * k + column];
-    }
-    const double determinant =
-        m[0] * (m[4] * m[8] - m[5] * m[7]) - m[1] * (m[3] * m[8] - m[5] * m[6]) + m[2] * (m[3] * m[7] - m[4] * m[6]);
-    for (std::size_t row = 0; row < 3 && determinant < 0; ++row) m[3 * row + 1] = -m[3 * row + 1];
-    write_quat(m, quat);
-}
+void turn_to_world(const double* axes, const double* frame, double* quat);
 
 struct StrokeStyle {
     double aspect;                    // length over width
     double jitter[2];                 // deviations of OKLab lightness, and of a and b, from stroke to stroke
     const double *contrast, *longer;  // [count] factors on these and on lengths, or null
 };
-template <class T>
 struct StageStrokes {
-    std::vector<T> means, quats, scales, opacities, sh;  // [count, 3], [count, 4], [count, 3], [count], [count, 1, 3]
+    std::vector<double> means, quats, scales, opacities, sh;  // see GaussianColumns
 };
 // Strokes on spots, of frames [count, 3, 3] and colors [count, 3] OKLab.
-template <class T>
-StageStrokes<T> strokes_on(const Place& place, const SpotsView& spots, const double* frames, const double* lab,
-                           const StrokeStyle& style, const Oklab& oklab);
+StageStrokes strokes_on(const Place& place, const SpotsView& spots, const double* frames, const double* lab,
+                        const StrokeStyle& style, const Oklab& oklab);
 
 constexpr double kOutlineReads = 0.15;  // OKLab lightness difference at which a silhouette stands out
 
