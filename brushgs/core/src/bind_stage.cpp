@@ -289,6 +289,7 @@ void bind_stage(nb::module_& m) {
     m.attr("OUTLINE_SIDE") = brushgs::kOutlineSide;
     m.attr("FULL_BORDER") = brushgs::kFullBorder;
     m.attr("NUM_WAVES") = brushgs::kWaves;
+    m.attr("STROKE_SIGMAS") = brushgs::kStrokeSigmas;
     m.attr("SPOT_NOISE") = brushgs::kSpotNoise;
     def_scenes<float>(m);
     def_scenes<double>(m);

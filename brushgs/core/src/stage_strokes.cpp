@@ -16,7 +16,6 @@ constexpr double kOverlap = 9.6;          // strokes over each point
 constexpr double kFine = 0.55;            // size of strokes in the shadow, relative to others at that distance
 constexpr double kShaded = 0.08;          // minimum shade or contact of fine strokes
 constexpr double kSizeJitter = 0.18;      // deviation of the logarithm of sizes
-constexpr double kSigmas = 3.6;           // size of a stroke in standard deviations
 constexpr double kThickness = 0.01, kOpacity = 0.95;
 
 void append(std::vector<double>& to, const std::vector<double>& from, std::size_t i, std::size_t width = 1) {
@@ -73,7 +72,7 @@ StageStrokes strokes_on(const Place& place, const SpotsView& spots, const double
     const double root = std::sqrt(style.aspect);
     for (std::size_t i = 0; i < spots.count; ++i) {
         const double* const noise = spots.noise + kSpotNoise * i;
-        const double size = spots.sizes[i] * std::exp(kSizeJitter * noise[2]) / kSigmas;
+        const double size = spots.sizes[i] * std::exp(kSizeJitter * noise[2]) / kStrokeSigmas;
         const double sides[3] = {style.longer != nullptr ? root * style.longer[i] : root, 1 / root, kThickness};
         std::array<double, 3> color;
         for (std::size_t k = 0; k < 3; ++k) {

@@ -17,7 +17,6 @@ from brushgs.passes.add.backdrop import mean_lab
 from brushgs.passes.add.ground_maps import Grid, blurred
 from brushgs.passes.add.stage_ground import SIDE as GROUND_SIDE
 from brushgs.passes.add.stage_ground import Ground
-from brushgs.passes.add.stage_paint import Brushwork, stage_strokes
 from brushgs.passes.add.stage_place import Place, above_ground, lamp_direction
 from brushgs.passes.add.stage_shadow import Shadow, cast_shadow
 from brushgs.passes.add.stage_surface import Surface, surface_around
@@ -158,22 +157,6 @@ def open_stage(
     places = [place, *(place._replace(lamp=above_ground(place.axes @ sun)) for sun in suns)]
     shadow, *others = (cast_shadow(site.points, site.weights, site.lab, one) for one in places)
     return Stage(place, ground, surface, shadow, tones, site.follows_light, tuple(others))
-
-
-def painted_stage(
-    stage: Stage, brushwork: Brushwork, cameras: Sequence[Camera], *, seed: int = 0
-) -> Gaussians:
-    """The strokes of a stage, all around, float64."""
-    return stage_strokes(
-        stage.place,
-        stage.surface,
-        (stage.shadow, *stage.others),
-        stage.tones,
-        brushwork,
-        cameras,
-        ground=stage.ground,
-        seed=seed,
-    )
 
 
 # Estimate the light of a scene from the shadows on its ground.

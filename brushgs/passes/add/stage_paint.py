@@ -2,25 +2,25 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from brushgs.core.native import core as _core
 from brushgs.passes.add.backdrop import seen_by_any
-from brushgs.passes.add.stage_ground import Ground
 from brushgs.passes.add.stage_map import Layout, Manner, layout_of, map_colors, map_contrasts, map_directions
-from brushgs.passes.add.stage_place import Place
-from brushgs.passes.add.stage_shadow import Shadow
 from brushgs.passes.add.stage_surface import Spots, Surface, noise_of, spots_on
-from brushgs.passes.add.stage_tones import Tones
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera
 from brushgs.values.colors import OKLAB
 from brushgs.values.gaussians import Gaussians
 
+if TYPE_CHECKING:
+    from brushgs.passes.add.stage import Stage
+
 # In the manner of a painting: strokes over each point, maximum number of visible ones, and reach of one in
-# sizes (its length, for an aspect of 1).
-MARKED_OVERLAP, MOST_SEEN, SEEN_REACH = 6.0, 20_000, 3.0 / 3.6
+# standard deviations.
+MARKED_OVERLAP, MOST_SEEN, SEEN_REACH = 6.0, 20_000, 3.0
 PROBES = 2000  # sample positions for estimating the visible share of a stage
 
 
@@ -43,41 +43,26 @@ class Brushwork:
     manner: Manner | None = None
 
 
-def stage_strokes(
-    place: Place,
-    surface: Surface,
-    shadows: Sequence[Shadow],
-    tones: Tones,
-    brushwork: Brushwork,
-    cameras: Sequence[Camera],
-    *,
-    ground: Ground | None = None,
-    seed: int = 0,
+def painted_stage(
+    stage: "Stage", brushwork: Brushwork, cameras: Sequence[Camera], *, seed: int = 0
 ) -> Gaussians:
-    """The strokes of a table and a wall, float64, without view-dependent color.
+    """The strokes of a stage, all around, float64, without view-dependent color.
 
     Args:
-        place: of the subject.
-        surface: to paint on.
-        shadows: of the subject, then at other times, where strokes are fine too.
-        tones: of table and wall.
+        stage: table and wall; where its shadow lies at other times, strokes are fine too.
         brushwork: how strokes are painted.
         cameras: of the job, at least one; sizes of strokes refer to their pictures.
-        ground: of the scene itself, or None.
         seed: of the jitter.
     """
-    shadow = shadows[0]
     g, *of_layers = np.random.default_rng([seed, 7]).spawn(3)
-    usual = _sizes(surface, place, cameras)
+    usual = _sizes(stage, cameras)
     if brushwork.manner is not None:
-        return _in_manner(
-            brushwork.manner, place, surface, (shadow, tones, ground), brushwork, cameras, usual, g
-        )
-    size, casting = float(brushwork.size), shadows if brushwork.shadow else ()
-    spots = Spots.of(_core.lay_layers(surface, usual, size, place.radius, casting, noise_of(of_layers)))
-    lab = _colors(spots, surface, shadow, tones, brushwork, ground)
-    frames = _frames(spots, place, surface, len(cameras) == 1, g)
-    return _strokes(place, spots, frames, lab, (brushwork.aspect, *brushwork.jitter))
+        return _in_manner(brushwork.manner, stage, brushwork, cameras, usual, g)
+    shadows = (stage.shadow, *stage.others) if brushwork.shadow else ()
+    size, radius = float(brushwork.size), stage.place.radius
+    spots = Spots.of(_core.lay_layers(stage.surface, usual, size, radius, shadows, noise_of(of_layers)))
+    lab, frames = _colors(spots, stage, brushwork), _frames(spots, stage, cameras, g)
+    return _strokes(stage, spots, frames, lab, (brushwork.aspect, *brushwork.jitter))
 
 
 def size_beside(num_strokes: int) -> float:
@@ -86,7 +71,7 @@ def size_beside(num_strokes: int) -> float:
 
 
 def _strokes(
-    place: Place,
+    stage: "Stage",
     spots: Spots,
     frames: F64,
     lab: F64,
@@ -95,33 +80,30 @@ def _strokes(
     longer: F64 | None = None,
 ) -> Gaussians:
     """Strokes with an aspect and a jitter, times factors [n] on this jitter and on lengths."""
-    means, quats, scales, opacities, sh = _core.strokes_on(
-        place, spots, frames, lab, style=style, contrast=contrast, longer=longer, oklab=OKLAB
-    )
+    made = _core.strokes_on(stage.place, spots, frames, lab, style, contrast, longer, OKLAB)
+    means, quats, scales, opacities, sh = made
     means, quats, scales = (one.reshape(len(lab), -1) for one in (means, quats, scales))
     return Gaussians(means, quats, scales, opacities, sh.reshape(-1, 1, 3))
 
 
 def _in_manner(
     manner: Manner,
-    place: Place,
-    surface: Surface,
-    paint: tuple[Shadow, Tones, Ground | None],
+    stage: "Stage",
     brushwork: Brushwork,
     cameras: Sequence[Camera],
     usual: F64,
     g: np.random.Generator,
 ) -> Gaussians:
     """The visible strokes of a stage in the manner of paintings, as large as the marks of these."""
-    shadow, tones, ground = paint
+    place, surface = stage.place, stage.surface
     height, width = manner.parts[0].stage.colors.shape[:2]
     layout = layout_of(surface, place, cameras, width / height)
     aspect = manner.aspect**manner.marks * brushwork.aspect ** (1 - manner.marks)
-    root = np.sqrt(aspect)
-    sizes = _marked_sizes(manner, place, surface, brushwork, cameras, usual)
+    reach = SEEN_REACH * np.sqrt(aspect) / _core.STROKE_SIGMAS
+    sizes = _marked_sizes(manner, stage, cameras, usual * brushwork.size)
 
     def seen(spots: Spots) -> Mask:
-        return seen_by_any(place.world(spots.points), SEEN_REACH * root * spots.sizes, cameras)
+        return seen_by_any(place.world(spots.points), reach * spots.sizes, cameras)
 
     probe_sizes = sizes * np.sqrt(_count(surface, sizes) / PROBES)
     probes = spots_on(surface, probe_sizes * np.sqrt(MARKED_OVERLAP), MARKED_OVERLAP, g.spawn(1)[0])
@@ -130,37 +112,28 @@ def _in_manner(
     spots = spots_on(surface, sizes, MARKED_OVERLAP, g.spawn(1)[0])
     kept = seen(spots)
     spots = Spots(*(column[kept] for column in spots))
-    lab = _colors(spots, surface, shadow, tones, brushwork, ground, layout)
+    lab = _colors(spots, stage, brushwork, layout)
     share = manner.color
     lightness, chroma = (
         (1 - share) * own + share * of_style
         for own, of_style in zip(brushwork.jitter, manner.jitter, strict=True)
     )
     broken = 1 - share + share * map_contrasts(manner, layout, surface, spots)
-    frames = _frames(spots, place, surface, len(cameras) == 1, g)
+    frames = _frames(spots, stage, cameras, g)
     slope, (cos, sin) = surface.slope(spots.along), (np.cos(spots.around), np.sin(spots.around))
     around = np.stack([-sin, np.zeros(len(cos)), cos], axis=1)
     rise = np.stack([np.cos(slope) * cos, np.sin(slope), np.cos(slope) * sin], axis=1)
     along, stretch = map_directions(manner, layout, surface, spots, frames[:, :, 0], (around, rise))
     frames = np.stack([along, np.cross(frames[:, :, 2], along), frames[:, :, 2]], axis=2)
-    return _strokes(place, spots, frames, lab, (aspect, lightness, chroma), broken, stretch)
+    return _strokes(stage, spots, frames, lab, (aspect, lightness, chroma), broken, stretch)
 
 
-def _marked_sizes(
-    manner: Manner,
-    place: Place,
-    surface: Surface,
-    brushwork: Brushwork,
-    cameras: Sequence[Camera],
-    usual: F64,
-) -> F64:
+def _marked_sizes(manner: Manner, stage: "Stage", cameras: Sequence[Camera], usual: F64) -> F64:
     """[steps] size of strokes along the profile, moved toward the mark size of paintings, world units."""
-    distance = float(np.median([np.linalg.norm(place.local(c.position[None])[0]) for c in cameras]))
     shorter = float(np.median([min(c.width, c.height) / c.width for c in cameras]))
-    marks = (
-        manner.size * shorter * place.seen_width(cameras) * np.hypot(1, surface.rho / max(distance, 1e-300))
-    )
-    return np.asarray((usual * brushwork.size) ** (1 - manner.marks) * marks**manner.marks)
+    farther = np.hypot(1, stage.surface.rho / max(_distance(stage, cameras), 1e-300))
+    marks = manner.size * shorter * stage.place.seen_width(cameras) * farther
+    return np.asarray(usual ** (1 - manner.marks) * marks**manner.marks)
 
 
 def _count(surface: Surface, sizes: F64) -> float:
@@ -168,32 +141,30 @@ def _count(surface: Surface, sizes: F64) -> float:
     return float((2 * np.pi * surface.rho * np.gradient(surface.length) * MARKED_OVERLAP / sizes**2).sum())
 
 
-def _sizes(surface: Surface, place: Place, cameras: Sequence[Camera]) -> F64:
+def _distance(stage: "Stage", cameras: Sequence[Camera]) -> float:
+    return float(np.median([np.linalg.norm(stage.place.local(c.position[None])[0]) for c in cameras]))
+
+
+def _sizes(stage: "Stage", cameras: Sequence[Camera]) -> F64:
     """[steps] size of strokes along the profile, world units."""
-    distance = float(np.median([np.linalg.norm(place.local(c.position[None])[0]) for c in cameras]))
-    return np.asarray(_core.stroke_sizes(surface, place, distance, place.seen_width(cameras)))
+    place, distance = stage.place, _distance(stage, cameras)
+    return np.asarray(_core.stroke_sizes(stage.surface, place, distance, place.seen_width(cameras)))
 
 
-def _colors(
-    spots: Spots,
-    surface: Surface,
-    shadow: Shadow,
-    tones: Tones,
-    brushwork: Brushwork,
-    ground: Ground | None,
-    layout: Layout | None = None,
-) -> F64:
+def _colors(spots: Spots, stage: "Stage", brushwork: Brushwork, layout: Layout | None = None) -> F64:
     """[n, 3] OKLab of table and wall, in light and shadow; with a layout in the manner of paintings."""
-    lab = np.asarray(_core.surface_colors(surface, spots, tones, ground)).reshape(-1, 3)
+    surface, ground = stage.surface, stage.ground
+    lab = np.asarray(_core.surface_colors(surface, spots, stage.tones, ground)).reshape(-1, 3)
     if layout is not None and brushwork.manner is not None:
         lab = map_colors(brushwork.manner, layout, surface, spots, lab)
     if brushwork.shadow > 0:
-        _core.shade_colors(spots, shadow, float(brushwork.shadow), ground, lab)
+        _core.shade_colors(spots, stage.shadow, brushwork.shadow, ground, lab)
     return lab
 
 
-def _frames(spots: Spots, place: Place, surface: Surface, is_still: bool, g: np.random.Generator) -> F64:
+def _frames(spots: Spots, stage: "Stage", cameras: Sequence[Camera], g: np.random.Generator) -> F64:
     """[n, 3, 3] local axes of strokes in columns: along, across, off the surface toward the subject."""
-    count = _core.NUM_WAVES
+    count, radius = _core.NUM_WAVES, stage.place.radius
     waves = np.stack([np.column_stack([g.normal(0, 1, (count, 3)), g.random(count)]) for _ in range(2)])
-    return np.asarray(_core.stage_frames(surface, spots, waves, place.radius, is_still)).reshape(-1, 3, 3)
+    frames = _core.stage_frames(stage.surface, spots, waves, radius, len(cameras) == 1)
+    return np.asarray(frames).reshape(-1, 3, 3)

@@ -19,7 +19,6 @@ from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera
 from brushgs.values.colors import OKLAB
-from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 
 READS: float = _core.OUTLINE_READS  # OKLab lightness difference at which a silhouette stands out
@@ -76,21 +75,10 @@ def outline_of(
     for camera in list(cameras)[::step][:MOST_VIEWS]:
         small = camera.in_side(SIDE)
         frame = render_with(subject, small, kernel, options)
-        parts.append(_outline_in(frame, small, place, surface, extent))
-    return Outline(*(np.concatenate(column) for column in zip(*parts, strict=True)))
-
-
-def _outline_in(frame: Frame, camera: Camera, place: Place, surface: Surface, extent: float) -> Outline:
-    lightness, is_table, lateral = _core.outline_in(
-        np.ascontiguousarray(frame.rgb, np.float64),
-        np.ascontiguousarray(frame.alpha, np.float64),
-        viewmat=camera.viewmat,
-        K=camera.K,
-        place=place,
-        surface=surface,
-        ground_extent=extent,
-        oklab=OKLAB,
-    )
+        rgb, alpha = (np.ascontiguousarray(one, np.float64) for one in (frame.rgb, frame.alpha))
+        found = _core.outline_in(rgb, alpha, small.viewmat, small.K, place, surface, extent, OKLAB)
+        parts.append(found)
+    lightness, is_table, lateral = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Outline(lightness, is_table.astype(bool), lateral)
 
 

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from brushgs.passes.add.stage import Stage, painted_stage
+from brushgs.passes.add.stage import Stage
 from brushgs.passes.add.stage_marks import Marking, shadow_marks, table_edge
-from brushgs.passes.add.stage_paint import Brushwork
+from brushgs.passes.add.stage_paint import Brushwork, painted_stage
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 

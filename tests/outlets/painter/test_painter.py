@@ -18,9 +18,9 @@ from brushgs.formats.scenes.spz import open_scene
 from brushgs.outlets.page.contents import coarse_to_fine
 from brushgs.outlets.painter import build
 from brushgs.outlets.painter.page import BRUSHES
-from brushgs.passes.add.stage import find_site, open_stage, painted_stage
+from brushgs.passes.add.stage import find_site, open_stage
 from brushgs.passes.add.stage_ground import BAND
-from brushgs.passes.add.stage_paint import Brushwork
+from brushgs.passes.add.stage_paint import Brushwork, painted_stage
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.reduce.worth import worth_keeping
 from brushgs.pipeline.look import open_relief

@@ -10,10 +10,10 @@ from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.cameras.orbit import orbit
 from brushgs.first_view import find_first_view
 from brushgs.passes.add.cut_in import cut_in
-from brushgs.passes.add.stage import find_site, open_stage, painted_stage
+from brushgs.passes.add.stage import find_site, open_stage
 from brushgs.passes.add.stage_ground import BAND, dissolved
 from brushgs.passes.add.stage_marks import HATCHING, WASH, shadow_marks, table_edge
-from brushgs.passes.add.stage_paint import Brushwork
+from brushgs.passes.add.stage_paint import Brushwork, painted_stage
 from brushgs.passes.add.stage_place import lamp_direction
 from brushgs.passes.add.stage_tones import READS, Outline, choose_tones
 from brushgs.rendering.facing import BEHIND, facing_shares

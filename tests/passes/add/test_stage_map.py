@@ -7,9 +7,8 @@ import pytest
 
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.passes.add.set_off import lightened, set_off
-from brushgs.passes.add.stage import painted_stage
 from brushgs.passes.add.stage_map import Manner, Part, layout_of, map_contrasts
-from brushgs.passes.add.stage_paint import Brushwork
+from brushgs.passes.add.stage_paint import Brushwork, painted_stage
 from brushgs.passes.add.stage_surface import Spots
 from brushgs.rendering.plain import plain_views
 from brushgs.values.colors import oklab_of, rgb_of_oklab

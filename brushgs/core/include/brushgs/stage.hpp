@@ -201,6 +201,7 @@ std::vector<double> stroke_sizes(const ProfileView& profile, const Place& place,
 // The size of strokes for a subject of so many.
 double size_beside(std::size_t num_strokes);
 
+constexpr double kStrokeSigmas = 3.6;  // size of a stroke in standard deviations
 constexpr std::size_t kSpotNoise = 7;  // random numbers of a stroke, two of them of its place
 // Gives [count, kSpotNoise] random numbers of deviation 1 for the strokes of a layer.
 using Draw = std::function<std::vector<double>(std::size_t layer, std::size_t count)>;
