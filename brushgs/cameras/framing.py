@@ -261,10 +261,7 @@ def rolled(axes: NDArray[np.float64], roll: float) -> NDArray[np.float64]:
 
 def _size(points: NDArray[np.float64]) -> float:
     """Diagonal of the bounds of points, > 0: at least a millionth of the way to the origin."""
-    return _positive(float(np.linalg.norm(np.ptp(points, axis=0))), points)
-
-
-def _positive(size: float, points: NDArray[np.float64]) -> float:
+    size = float(np.linalg.norm(np.ptp(points, axis=0)))
     return max(size, 1e-6 * float(np.abs(points).max())) or 1e-9  # all at the origin
 
 
@@ -353,35 +350,14 @@ def _front(up: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def fit_eye(points: NDArray[np.float64], tangents: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """The nearest eye, in camera axes, with all points inside the frustum with a margin.
+    """The nearest eye, in camera axes, with all points [n, 3] inside the frustum with a margin.
 
     A point is inside the right plane where x - t z <= eye_x - t eye_z, so only the outermost point per plane
-    counts, and two opposite planes together bound eye_z.
+    counts, and two opposite planes together bound eye_z. The outermost points are equally far from the middle
+    of the picture.
 
     Returns:
         [3] eye and its distance to the middle of the depths of the points.
     """
-    tangents = tangents * (1 - 2 * MARGIN)
-    xy, z = points[:, :2], points[:, 2:]
-    high, low = (xy - tangents * z).max(axis=0), (-xy - tangents * z).max(axis=0)
-    middle = 0.5 * (z.min() + z.max())
-    size = _positive(float(np.ptp(points, axis=0).max()), points)
-    # A very wide lens could fit the points from between them: keep the eye in front of the nearest.
-    in_front = min(middle - 0.5 * size, float(z.min()) - 0.05 * size)
-    eye_z = min(float((-(high + low) / (2 * tangents)).min()), in_front)
-    depths = z[:, 0] - eye_z
-    return np.array([*(_center(column, depths) for column in xy.T), eye_z]), float(middle - eye_z)
-
-
-def _center(x: NDArray[np.float64], depths: NDArray[np.float64]) -> float:
-    """Coordinate of the eye at which the outermost points are equally far from the middle of the picture.
-
-    By bisection: the sum of the two outermost slopes decreases with the coordinate.
-    """
-    slopes, per_step = x / depths, 1 / depths
-    low, high = float(x.min()), float(x.max())
-    for _ in range(30):
-        eye = 0.5 * (low + high)
-        seen = slopes - eye * per_step
-        low, high = (eye, high) if seen.max() + seen.min() > 0 else (low, eye)
-    return 0.5 * (low + high)
+    place, distance = _core.fit_eye(np.ascontiguousarray(points, np.float64), tangents.tolist())
+    return np.array(place), distance

@@ -2,28 +2,15 @@
 
 import numpy as np
 
-from brushgs.cameras.framing import (
-    camera_axes,
-    frame_scene,
-    subject,
-    weighted_quantiles,
-)
-from brushgs.first_view.sample import SIDE, Painter, camera_around, thin, thinned
+from brushgs.cameras.framing import camera_axes, frame_scene
+from brushgs.core.native import core as _core
+from brushgs.first_view.sample import SIDE, Painter, thin
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
 
 MOST_ROWS = 60_000
-NUM_VIEWS = 4  # around the scene
-ELEVATION = np.radians(15.0)
-SEEN, SOLID = 0.5, 0.6  # alpha from which a pixel is covered, and from which its depth is that of a surface
-# Covered pixels around the middle over those of the middle, median over views: objects have up to 1.5, a
-# truck on a plaza 4.1.
-MOST_AROUND = 2.0
-VOXELS = 64  # along the diagonal of the scene
-# Share of density-weighted opacity cut at each end of an axis. The truck then fills two thirds of the
-# picture; with plain opacity it is lost on the plaza.
-DENSE_TAIL = 0.015
+SOLID = 0.6  # alpha from which the depth of a pixel is that of a surface
 HIDDEN = 0.1  # hidden share of the subject above which other azimuths are tried
 STEPS = np.radians((-20.0, 20.0, -40.0, 40.0))  # azimuths to try, relative to the first
 GAIN = 0.03  # least improvement of the hidden share
@@ -32,41 +19,22 @@ BEFORE = 0.3  # least distance of an occluder in front of the subject, in depths
 
 
 def has_surroundings(gaussians: Gaussians, up: F64) -> bool:
-    """Whether most of the visible scene lies around its middle."""
-    whole, _ = subject(gaussians, is_whole=True)
-    middle, spans_more = subject(gaussians)
-    if not spans_more:
-        return False
-    low, high = whole.min(axis=0), whole.max(axis=0)
-    center, radius = 0.5 * (low + high), 0.5 * float(np.linalg.norm(high - low))
-    scene = thin(gaussians, np.arange(len(gaussians)), MOST_ROWS)
-    inner = scene.take(_within(scene, middle))
-    ratios, paint = [], Painter()
-    for view in range(NUM_VIEWS):
-        camera = camera_around(center, radius, camera_axes(up, 2 * np.pi * view / NUM_VIEWS, ELEVATION))
-        covered, covered_by_inner = ((paint(g, camera).alpha > SEEN).sum() for g in (scene, inner))
-        ratios.append((covered - covered_by_inner) / max(covered_by_inner, 1))
-    return bool(np.median(ratios) > MOST_AROUND)
+    """Whether most of the visible scene lies around its middle.
+
+    From around the scene, objects cover up to 1.5 times as many pixels around their middle as in it, a truck
+    on a plaza 4.1 times as many: above 2 a scene has surroundings.
+    """
+    level = camera_axes(up, 0.0, 0.0).ravel().tolist()
+    return bool(_core.has_surroundings(**gaussians.columns(), level=level))
 
 
 def dense_middle(gaussians: Gaussians) -> F64:
     """[n, 3] centers of Gaussians in the dense middle of a scene, which was photographed from near.
 
-    The box with most of the opacity along each axis, weighted by the number of Gaussians in the voxel.
+    The box with 97 % of the opacity along each axis, weighted by the number of Gaussians in the voxel: the
+    truck then fills two thirds of the picture. With plain opacity it is lost on the plaza.
     """
-    whole, _ = subject(gaussians, is_whole=True)
-    rows = np.flatnonzero(_within(gaussians, whole))
-    rows = rows[thinned(len(rows), MOST_ROWS)]
-    means = gaussians.means[rows].astype(np.float64)
-    low = whole.min(axis=0)
-    voxel = float(np.linalg.norm(whole.max(axis=0) - low)) / VOXELS
-    cells = np.floor((means - low) / max(voxel, 1e-300)).astype(np.int64)
-    keys = (cells[:, 0] * (VOXELS + 1) + cells[:, 1]) * (VOXELS + 1) + cells[:, 2]
-    _, places, counts = np.unique(keys, return_inverse=True, return_counts=True)
-    weights = gaussians.opacities[rows].astype(np.float64) * counts[places]
-    at = (DENSE_TAIL, 1 - DENSE_TAIL)
-    low, high = np.transpose([weighted_quantiles(column, weights, at) for column in means.T])
-    return np.asarray(means[((means >= low) & (means <= high)).all(axis=1)])
+    return gaussians.means[_core.dense_rows(**gaussians.columns())].astype(np.float64)
 
 
 def clear_azimuth(gaussians: Gaussians, view: FirstView) -> float:

@@ -3,6 +3,7 @@
 
 #include "bindings.hpp"
 #include "brushgs/first_view.hpp"
+#include "brushgs/framing.hpp"
 #include "brushgs/subject.hpp"
 
 namespace bindings {
@@ -37,15 +38,53 @@ nb::tuple find_subject(In<T, 2> means, In<T, 1> opacities, bool is_whole) {
 }
 
 template <class T>
+brushgs::SceneView<T> view_of(const In<T, 2>& means, const In<T, 2>& quats, const In<T, 2>& scales,
+                              const In<T, 1>& opacities, const In<T, 3>& sh) {
+    return {.means = means.data(),
+            .quats = quats.data(),
+            .scales = scales.data(),
+            .opacities = opacities.data(),
+            .sh = sh.data(),
+            .count = opacities.size(),
+            .sh_terms = sh.shape(1)};
+}
+
+template <class T>
 ViewSample take_view_sample(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh) {
     const nb::gil_scoped_release without_gil;
-    return brushgs::take_view_sample<T>({.means = means.data(),
-                                         .quats = quats.data(),
-                                         .scales = scales.data(),
-                                         .opacities = opacities.data(),
-                                         .sh = sh.data(),
-                                         .count = opacities.size(),
-                                         .sh_terms = sh.shape(1)});
+    return brushgs::take_view_sample<T>(view_of<T>(means, quats, scales, opacities, sh));
+}
+
+using Triple = std::array<double, 3>;
+
+template <class T>
+bool has_surroundings(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
+                      const std::array<double, 9>& level) {
+    const nb::gil_scoped_release without_gil;
+    return brushgs::has_surroundings<T>(view_of<T>(means, quats, scales, opacities, sh), level.data());
+}
+
+template <class T>
+auto dense_rows(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh) {
+    return to_array(brushgs::dense_rows<T>(view_of<T>(means, quats, scales, opacities, sh)));
+}
+
+template <class T>
+auto attached_rows(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh, const Triple& low,
+                   const Triple& high) {
+    return to_array(brushgs::attached_rows<T>(view_of<T>(means, quats, scales, opacities, sh),
+                                              {{low[0], low[1], low[2]}, {high[0], high[1], high[2]}}));
+}
+
+template <class T>
+auto find_crumbs(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh, const Triple& up,
+                 double foot, double height) {
+    return to_array(brushgs::find_crumbs<T>(view_of<T>(means, quats, scales, opacities, sh), up.data(), foot, height));
+}
+
+nb::tuple fit_eye(In<double, 2> points, const std::array<double, 2>& tangents) {
+    const brushgs::Eye eye = brushgs::fit_eye(points.data(), points.shape(0), tangents.data());
+    return nb::make_tuple(std::to_array(eye.place), eye.distance);
 }
 
 template <class T>
@@ -55,6 +94,18 @@ void def_scenes(nb::module_& m) {
     m.def("take_view_sample", &take_view_sample<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
           "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(),
           "The subject of a scene, thinned, for pictures; empty if nothing with extent is visible.");
+    m.def("has_surroundings", &has_surroundings<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(), "level"_a,
+          "Whether most of what is seen of a scene lies around its middle; level: the axes of a level view [9].");
+    m.def("dense_rows", &dense_rows<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(),
+          "Rows of the dense middle of a scene.");
+    m.def("attached_rows", &attached_rows<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(), "low"_a, "high"_a,
+          "Rows outside of a box that voxels with paint connect to it.");
+    m.def("find_crumbs", &find_crumbs<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(), "up"_a, "foot"_a, "height"_a,
+          "Marks [N], 1 or 0, of the crumbs below an object that stands at `foot`.");
 }
 
 nb::dict measure_up(const ViewSample& sample, int num_threads) {
@@ -92,6 +143,8 @@ void bind_views(nb::module_& m) {
     m.def("thinned", &thinned, "count"_a, "most"_a, "At most `most` of `count` row numbers, one per equal part.");
     m.def("heaviest_clump", &heaviest_clump, "points"_a.noconvert(), "weights"_a.noconvert(),
           "Low and high corner of the space with the heaviest clump of points [N, 3]; None if there is only one.");
+    m.def("fit_eye", &fit_eye, "points"_a.noconvert(), "tangents"_a,
+          "The nearest eye [3] from which all points [N, 3] lie in the picture, and its distance; in camera axes.");
     def_scenes<float>(m);
     def_scenes<double>(m);
     nb::class_<ViewSample>(m, "ViewSample", "Gaussians for pictures of a subject, in radii around its middle.")

@@ -39,20 +39,6 @@ constexpr Measures kWeights{1, 1, 1, 2};
 
 double azimuth_of(std::size_t view) { return 2 * pi * static_cast<double>(view) / static_cast<double>(kViews); }
 
-// The axes of a view from an azimuth, from those of the level view from azimuth 0.
-Axes axes_around(const double* level, double azimuth) {
-    Axes axes;
-    const double ca = std::cos(azimuth), sa = std::sin(azimuth), ce = std::cos(kViewElevation),
-                 se = std::sin(kViewElevation);
-    for (std::size_t k = 0; k < 3; ++k) {
-        const double right = level[k], up = -level[3 + k], front = -level[6 + k], toward = ca * front + sa * right;
-        axes[k] = ca * right - sa * front;
-        axes[3 + k] = se * toward - ce * up;
-        axes[6 + k] = -ce * toward - se * up;
-    }
-    return axes;
-}
-
 // Entropy of the colors of a picture, bits.
 double entropy(const SmallPicture& picture) {
     std::vector<int> counts(kColors * kColors * kColors);
@@ -148,7 +134,7 @@ Around look_around(const ViewSample& sample, const double* level, int num_thread
     const auto sizes = shades_of_size(sample);
     std::array<Measures, kViews> found;
     parallel_for(kViews, num_threads, [&](std::size_t view) {
-        found[view] = look_from(sample, axes_around(level, azimuth_of(view)), sizes);
+        found[view] = look_from(sample, axes_around(level, azimuth_of(view), kViewElevation), sizes);
     });
     Around around;
     double total = 0;

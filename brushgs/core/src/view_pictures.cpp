@@ -98,9 +98,24 @@ std::vector<std::uint32_t> visible_rows(const SceneView<T>& scene, const double*
     return rows;
 }
 
+}  // namespace
+
+Axes axes_around(const double* level, double azimuth, double elevation) {
+    Axes axes;
+    const double ca = std::cos(azimuth), sa = std::sin(azimuth), ce = std::cos(elevation), se = std::sin(elevation);
+    for (std::size_t k = 0; k < 3; ++k) {
+        const double right = level[k], up = -level[3 + k], front = -level[6 + k], toward = ca * front + sa * right;
+        axes[k] = ca * right - sa * front;
+        axes[3 + k] = se * toward - ce * up;
+        axes[6 + k] = -ce * toward - se * up;
+    }
+    return axes;
+}
+
 template <class T>
 void add_row(const SceneView<T>& scene, std::size_t row, double growth, ViewSample& sample) {
     std::array<double, 3> scales;
+    ++sample.count;
     for (std::size_t axis = 0; axis < 3; ++axis) {
         sample.places.push_back((static_cast<double>(scene.means[3 * row + axis]) - sample.center[axis]) /
                                 sample.radius);
@@ -113,8 +128,6 @@ void add_row(const SceneView<T>& scene, std::size_t row, double growth, ViewSamp
     for (std::size_t k = 0; k < 4; ++k) sample.quats.push_back(static_cast<float>(scene.quats[4 * row + k]));
     sample.opacities.push_back(static_cast<float>(scene.opacities[row]));
 }
-
-}  // namespace
 
 template <class T>
 ViewSample take_view_sample(const SceneView<T>& scene) {
@@ -135,7 +148,6 @@ ViewSample take_view_sample(const SceneView<T>& scene) {
     const auto rows = visible_rows(scene, low, high, sample.radius);
     const auto chosen = thinned(rows.size(), kMostRows);
     sample.num_rows = rows.size();
-    sample.count = chosen.size();
     const double growth = std::sqrt(static_cast<double>(rows.size()) / static_cast<double>(chosen.size()));
     for (const std::uint32_t place : chosen) add_row(scene, rows[place], growth, sample);
     return sample;
@@ -216,6 +228,8 @@ std::vector<double> clipped(std::vector<double> values, double quantile) {
     return values;
 }
 
+template void add_row<float>(const SceneView<float>&, std::size_t, double, ViewSample&);
+template void add_row<double>(const SceneView<double>&, std::size_t, double, ViewSample&);
 template ViewSample take_view_sample<float>(const SceneView<float>&);
 template ViewSample take_view_sample<double>(const SceneView<double>&);
 

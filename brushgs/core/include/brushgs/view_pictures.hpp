@@ -11,6 +11,9 @@ namespace brushgs {
 
 using Axes = std::array<double, 9>;  // rows right, down, forward of a camera in world axes
 
+// The axes of a view from an azimuth and elevation, radians, from those of the level view from azimuth 0.
+Axes axes_around(const double* level, double azimuth, double elevation);
+
 constexpr double kLuminance[3] = {0.2126, 0.7152, 0.0722};  // weights of red, green and blue
 constexpr double kSeen = 0.5;                               // alpha from which a pixel shows the subject
 
@@ -37,6 +40,10 @@ struct SmallPicture {
 struct PicturePair {
     SmallPicture plain, shaded;
 };
+
+// Adds a row of a scene to a sample with a center and a radius, its scales times `growth`.
+template <class T>
+void add_row(const SceneView<T>& scene, std::size_t row, double growth, ViewSample& sample);
 
 // A plain picture of Gaussians as a pinhole camera sees them.
 struct PlainView {
