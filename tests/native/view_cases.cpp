@@ -1,5 +1,5 @@
-// What a page makes of a scene beside strokes: up, front, form, relief and stage; of hostile scenes too. These use
-// functions of the C library, which round apart on other systems: results are hashed in steps of a millionth.
+// What a page makes of a scene beside strokes: up, front, framing, form, relief and stage; of hostile scenes too. These
+// use functions of the C library, which round apart on other systems: results are hashed in steps of a millionth.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "brushgs/first_view.hpp"
+#include "brushgs/framing.hpp"
 #include "brushgs/stage.hpp"
 #include "brushgs/stroke_form.hpp"
 #include "brushgs/stroke_relief.hpp"
@@ -103,6 +104,25 @@ Steps first_view(const Gaussians<T>& scene, int num_threads) {
 }
 
 template <class T>
+Steps framing(const Gaussians<T>& scene, int) {
+    Steps steps;
+    if (scene.count == 0) return steps;
+    const brushgs::SceneView<T> view{scene.means.data(),     scene.quats.data(), scene.scales.data(),
+                                     scene.opacities.data(), scene.sh.data(),    scene.count,
+                                     scene.sh_terms};
+    constexpr double level[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, up[3] = {0, -1, 0}, tangents[2] = {0.5, 1};
+    steps.add(brushgs::has_surroundings<T>(view, level) ? 1 : 0);
+    steps.add_all(brushgs::dense_rows<T>(view));
+    steps.add_all(brushgs::attached_rows<T>(view, {{-0.4, -0.4, -0.4}, {0.4, 0.4, 0.4}}));
+    steps.add_all(brushgs::find_crumbs<T>(view, up, -0.4, 0.8));
+    const std::vector<double> points(scene.means.begin(), scene.means.end());
+    const brushgs::Eye eye = brushgs::fit_eye(points.data(), scene.count, tangents);
+    steps.add_all(eye.place);
+    steps.add(eye.distance);
+    return steps;
+}
+
+template <class T>
 Steps form(const Gaussians<T>& scene, int num_threads) {
     Steps steps;
     if (scene.count == 0) return steps;
@@ -183,8 +203,11 @@ Steps stage(const Gaussians<T>& scene, int) {
 template <class T>
 void run_views(Cases& cases) {
     using Work = Steps (*)(const Gaussians<T>&, int);
-    const std::pair<const char*, Work> works[] = {
-        {"first view", first_view<T>}, {"form", form<T>}, {"relief", relief<T>}, {"stage", stage<T>}};
+    const std::pair<const char*, Work> works[] = {{"first view", first_view<T>},
+                                                  {"framing", framing<T>},
+                                                  {"form", form<T>},
+                                                  {"relief", relief<T>},
+                                                  {"stage", stage<T>}};
     for (const auto& scene : scenes<T>()) {
         for (const auto& [work_name, work] : works) {
             const std::string name = std::string(work_name) + ", " + scene.first + ": " + name_of_scalar<T>;

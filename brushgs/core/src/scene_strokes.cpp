@@ -147,21 +147,21 @@ void turn_along_form(const GaussianColumns& gaussians, const double* xyz_over_wh
 
 }  // namespace
 
-Reach reach_in(const PictureView& view, const float* means, std::size_t count) {
+Reach reach_in(const PictureView& view, const std::vector<double>& points) {
     constexpr double within = 0.98;
     Doubles across, down;
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < points.size(); i += 3) {
         double seen[3];
         for (std::size_t row = 0; row < 3; ++row) {
             const double* m = view.viewmat + 4 * row;
             seen[row] = m[3];
-            for (std::size_t k = 0; k < 3; ++k) seen[row] += m[k] * static_cast<double>(means[3 * i + k]);
+            for (std::size_t k = 0; k < 3; ++k) seen[row] += m[k] * points[i + k];
         }
         if (seen[2] <= view.near) continue;
         across.push_back(std::abs(view.fx * seen[0] / seen[2]));
         down.push_back(std::abs(view.fy * seen[1] / seen[2]));
     }
-    if (across.empty() || 2 * across.size() < count) return {};
+    if (across.empty() || 6 * across.size() < points.size()) return {};
     return {std::max(std::min(percentile(across, within), view.width / 2), 1.0),
             std::max(std::min(percentile(down, within), view.height / 2), 1.0)};
 }

@@ -140,7 +140,6 @@ ViewSample take_view_sample(const SceneView<T>& scene) {
         low[axis] = static_cast<double>(place(*first));
         high[axis] = static_cast<double>(place(*last));
         sample.center[axis] = 0.5 * (low[axis] + high[axis]);
-        sample.half[axis] = 0.5 * (high[axis] - low[axis]);
         squares += (high[axis] - low[axis]) * (high[axis] - low[axis]);
     }
     sample.radius = 0.5 * std::sqrt(squares);

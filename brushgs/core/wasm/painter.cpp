@@ -4,11 +4,14 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numeric>
 
 #include "brushgs/blending.hpp"
 #include "brushgs/first_view.hpp"
+#include "brushgs/framing.hpp"
 #include "brushgs/quats.hpp"
+#include "brushgs/rows.hpp"
 #include "brushgs/scene_rows.hpp"
 #include "brushgs/scene_stage.hpp"
 #include "brushgs/scene_strokes.hpp"
@@ -24,11 +27,15 @@ extern "C" int __cxa_thread_atexit(void (*)(void*), void*, void*) { return 0; }
 namespace {
 
 constexpr auto kLeastAlpha = static_cast<float>(brushgs::kMinAlpha);
+constexpr double kLeastRadius = 1e-9, kLeastDistance = 0.05;  // see PageView.of of brushgs/outlets/page/view.py
 
 brushgs::SceneColumns scene;  // without floaters
 std::size_t num_read;
 brushgs::Extent extent;
 brushgs::ViewSample sample;
+double level_axes[9];              // right, down, forward of a level view of the scene, from azimuth 0
+brushgs::Framed framed;            // with the axis up that is level there
+std::vector<std::uint8_t> crumbs;  // marks of the rows below it
 
 struct Paint {
     brushgs::GaussianColumns strokes;
@@ -91,6 +98,41 @@ void arrange(Paint& laid) {
     }
 }
 
+brushgs::SceneView<float> view_of_scene() {
+    return {scene.means.data(), scene.quats.data(), scene.scales.data(), scene.opacities.data(),
+            scene.sh.data(),    scene.count,        scene.sh_terms};
+}
+
+// The scene without crumbs; `rest` holds it where there are any.
+const brushgs::SceneColumns& without_crumbs(brushgs::SceneColumns& rest) {
+    if (std::ranges::find(crumbs, 1) == crumbs.end()) return scene;
+    static_cast<brushgs::GaussianColumns&>(rest) = brushgs::taken(scene, brushgs::marked(crumbs, 0));
+    rest.is_antialiased = scene.is_antialiased;
+    return rest;
+}
+
+struct Sides {
+    double low, high;
+    double length() const { return high - low; }
+    double middle() const { return 0.5 * (low + high); }
+};
+
+// Of the framed points along an axis of a level view.
+Sides sides_along(const double* axis) {
+    Sides sides{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+    for (std::size_t i = 0; i < framed.points.size(); i += 3) {
+        const double place =
+            axis[0] * framed.points[i] + axis[1] * framed.points[i + 1] + axis[2] * framed.points[i + 2];
+        sides.low = std::min(sides.low, place), sides.high = std::max(sides.high, place);
+    }
+    return sides;
+}
+
+double elevation_of_framed() {
+    return brushgs::default_elevation(sides_along(level_axes).length(), sides_along(level_axes + 3).length(),
+                                      sides_along(level_axes + 6).length());
+}
+
 void move_to_middle(brushgs::GaussianColumns& strokes) {
     for (std::size_t i = 0; i < strokes.means.size(); ++i)
         strokes.means[i] = static_cast<float>(static_cast<double>(strokes.means[i]) - extent.center[i % 3]);
@@ -118,8 +160,8 @@ BRUSHGS_EXPORT(read) bool read(const char* bytes, std::size_t size, bool is_name
     num_read = scene.count;
     brushgs::clean_scene(scene);
     extent = brushgs::robust_extent(scene.means.data(), scene.count, 1);
-    sample = brushgs::take_view_sample<float>({scene.means.data(), scene.quats.data(), scene.scales.data(),
-                                               scene.opacities.data(), scene.sh.data(), scene.count, scene.sh_terms});
+    sample = brushgs::take_view_sample<float>(view_of_scene());
+    crumbs.clear();
     return true;
 }
 
@@ -128,10 +170,7 @@ BRUSHGS_EXPORT(fault_size) std::size_t fault_size() { return scene.fault.size();
 BRUSHGS_EXPORT(num_gaussians) std::size_t num_gaussians() { return num_read; }
 BRUSHGS_EXPORT(num_dropped) std::size_t num_dropped() { return scene.num_dropped; }
 BRUSHGS_EXPORT(is_antialiased) bool is_antialiased() { return scene.is_antialiased; }
-BRUSHGS_EXPORT(scene_extent) const double* scene_extent() { return extent.center; }  // and the radius after it
-
-// The middle of the subject, its radius, 0 if nothing with extent is visible, and half its size along each axis.
-BRUSHGS_EXPORT(subject) const double* subject() { return sample.center; }
+BRUSHGS_EXPORT(scene_middle) const double* scene_middle() { return extent.center; }
 
 // Writes the probability that each axis is up, and returns the number of the axis to take.
 BRUSHGS_EXPORT(up) std::size_t up(double* chances) {
@@ -144,21 +183,64 @@ BRUSHGS_EXPORT(up) std::size_t up(double* chances) {
     return brushgs::believed_axis(found);
 }
 
-// Of the axes of a level view [3, 3] from azimuth 0: the first three become azimuth and elevation of the first view,
-// and 1 if the subject is flat.
-BRUSHGS_EXPORT(front) void front(double* level) {
-    double sizes[3] = {};
-    for (std::size_t i = 0; i < 9; ++i) sizes[i / 3] += std::abs(level[i]) * sample.half[i % 3];
-    brushgs::Front found{};
-    if (sample.count > 0) found = brushgs::find_front(sample, level, 1);
-    level[0] = found.azimuth + found.lean;
-    level[1] = brushgs::default_elevation(sizes[0], sizes[1], sizes[2]);
-    level[2] = level[1] == brushgs::kFlatElevation ? 1 : 0;
+// Stands the scene upright, by the axes of a level view [3, 3] from azimuth 0; true if other crumbs than before are
+// dropped.
+BRUSHGS_EXPORT(stand) bool stand(const double* level) {
+    std::copy_n(level, 9, level_axes);
+    framed = brushgs::framed_points(view_of_scene(), level);
+    const Sides down = sides_along(level + 3);
+    std::vector<std::uint8_t> found(scene.count);
+    if (!framed.has_surroundings && elevation_of_framed() != brushgs::kFlatElevation && down.length() > 0) {
+        const double up[3] = {-level[3], -level[4], -level[5]};
+        found = brushgs::find_crumbs(view_of_scene(), up, -down.high, down.length());
+    }
+    const bool is_changed = found != crumbs;
+    crumbs = std::move(found);
+    return is_changed;
 }
 
-// Of a view (the numbers of `PictureView`): its first two become how far the scene reaches, zeros if that is not known.
+// Azimuth and elevation of the first view, and 1 if the subject is flat.
+BRUSHGS_EXPORT(front) void front(double* numbers) {
+    brushgs::Front found{};
+    if (sample.count > 0) found = brushgs::find_front(sample, level_axes, 1);
+    numbers[0] = found.azimuth + found.lean;
+    numbers[1] = elevation_of_framed();
+    numbers[2] = numbers[1] == brushgs::kFlatElevation ? 1 : 0;
+}
+
+// Of the axes of a camera [3, 3], and tangents of half its angles of view: the numbers become the place from which it
+// shows the scene, its distance, the place on its axis to turn around, and the radius of the scene around that.
+BRUSHGS_EXPORT(frame) void frame(double* numbers) {
+    std::vector<double> points;
+    for (std::size_t i = 0; i < framed.points.size(); ++i) {
+        const double *axis = numbers + 3 * (i % 3), *point = &framed.points[i - i % 3];
+        points.push_back(axis[0] * point[0] + axis[1] * point[1] + axis[2] * point[2]);
+    }
+    const brushgs::Eye eye = brushgs::fit_eye(points.data(), points.size() / 3, numbers + 9);
+    double place[3] = {}, middle[3] = {}, ahead = 0, squares = 0;
+    for (std::size_t i = 0; i < 9; ++i) {
+        place[i % 3] += eye.place[i / 3] * numbers[i];
+        middle[i % 3] += sides_along(level_axes + i - i % 3).middle() * level_axes[i];
+    }
+    for (std::size_t i = 0; i < framed.points.size(); i += 3) {
+        const double* const point = &framed.points[i];
+        squares = std::max(squares, std::pow(point[0] - middle[0], 2) + std::pow(point[1] - middle[1], 2) +
+                                        std::pow(point[2] - middle[2], 2));
+    }
+    for (std::size_t k = 0; k < 3; ++k) ahead += (middle[k] - place[k]) * numbers[6 + k];
+    const double radius = std::max(std::sqrt(squares), kLeastRadius);
+    ahead = std::max(ahead, kLeastDistance * radius);
+    for (std::size_t k = 0; k < 3; ++k) middle[k] = place[k] + ahead * numbers[6 + k];
+    std::copy_n(place, 3, numbers);
+    numbers[3] = eye.distance;
+    std::copy_n(middle, 3, numbers + 4);
+    numbers[7] = radius;
+}
+
+// Of a view (the numbers of `PictureView`): its first two become how far the subject reaches, zeros if that is not
+// known.
 BRUSHGS_EXPORT(reach) void reach(double* view) {
-    const brushgs::Reach found = brushgs::reach_in(view_of(view), scene.means.data(), scene.count);
+    const brushgs::Reach found = brushgs::reach_in(view_of(view), framed.points);
     view[0] = found.across, view[1] = found.down;
 }
 
@@ -182,7 +264,10 @@ BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* numbers)
                                          .lab_from_roots = numbers + 18,
                                          .xyz_over_white = numbers + 27,
                                          .draws = numbers + 40};
-    painted.strokes = brushgs::strokes_of_scene(scene, extent, options, tell_page);
+    brushgs::SceneColumns rest;
+    const brushgs::SceneColumns& whole = without_crumbs(rest);
+    painted.strokes = brushgs::strokes_of_scene(whole, brushgs::robust_extent(whole.means.data(), whole.count, 1),
+                                                options, tell_page);
     raise(painted, lights_of(painted.strokes, options.cones_from_rgb, options.lab_from_roots), 1,
           options.cones_from_rgb, options.lab_from_roots);
     arrange(painted);
@@ -195,7 +280,8 @@ BRUSHGS_EXPORT(show) void show(const double* numbers) {
     shown[1] = {};
     if (numbers != nullptr) {
         const double *look = numbers + 26, *cones_from_rgb = look + 6, *lab_from_roots = look + 15;
-        brushgs::StagedStrokes staged = brushgs::staged_strokes(scene, painted.strokes,
+        brushgs::SceneColumns rest;
+        brushgs::StagedStrokes staged = brushgs::staged_strokes(without_crumbs(rest), painted.strokes,
                                                                 {.view = view_of(numbers),
                                                                  .level = numbers + 17,
                                                                  .size = look[0],

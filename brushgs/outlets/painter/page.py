@@ -3,7 +3,8 @@
 The page is that of `brushgs export` with a module in place of strokes. What its worker makes of a scene is
 in Python, with k strokes,
 
-    kept = bg.prune(bg.clean(bg.load(scene)), at_least=k)
+    cleaned = bg.clean(bg.load(scene))
+    kept = bg.prune(cleaned.take(~find_crumbs(cleaned, find_first_view(cleaned))), at_least=k)
     merged = bg.cluster(kept, k)
     strokes = bg.break_colors(bg.solidify(merged.take(worth_keeping(merged))))
 

@@ -16,7 +16,7 @@ struct ViewSample {
                                                              // out, so that surfaces stay closed; sh [count, 1, 3]
     std::size_t count = 0;                                   // 0: nothing with extent is visible
     std::size_t num_rows = 0;                                // in the box, before thinning
-    double center[3] = {}, radius = 0, half[3] = {};         // of the box, world units
+    double center[3] = {}, radius = 0;                       // of the box, world units
 };
 
 template <class T>

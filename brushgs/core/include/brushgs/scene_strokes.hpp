@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "brushgs/extent.hpp"
 #include "brushgs/scene_rows.hpp"
@@ -20,7 +21,7 @@ struct PictureView {
 struct Reach {
     double across = 0, down = 0;
 };
-Reach reach_in(const PictureView& view, const float* means, std::size_t count);
+Reach reach_in(const PictureView& view, const std::vector<double>& points);
 
 struct StrokeOptions {
     std::size_t num_strokes;   // at most

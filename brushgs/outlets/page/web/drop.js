@@ -1,7 +1,7 @@
 // A page that paints: takes a scene file, has a worker make strokes of it, and shows them. See drop_worker.js.
 
 const UPS = ["+x", "+y", "+z", "-x", "-y", "-z"]; // in the order of the module
-const WITHIN = 0.9; // share of the picture that a scene may fill at first
+const OVER = 0.09; // share of the height of the window that the fields take, at its top
 const LEAST_STROKES = 100, MOST_STROKES = 20000;
 
 /** The worker; one task at a time, and a fresh worker after one that was stopped or failed. */
@@ -155,6 +155,7 @@ class Dropping {
   async _paint(run) {
     const { numbers } = this.look;
     await this._remember(run);
+    await this._stand(run);
     this._say(`Painting ${this._file.name}: ${this._scene.count.toLocaleString("en")} Gaussians …`, true);
     await run("paint", { strokes: this.strokes, numbers });
     await this._show(run);
@@ -169,10 +170,16 @@ class Dropping {
     if (this._scene) await this._work("", this._file.name, (run) => this._paint(run));
   }
 
-  /** Show the same strokes with another axis up; they are made anew where the worker that held them was stopped. */
+  /** Show the scene with another axis up; its strokes are made anew where they are others, or the worker was stopped. */
   async _turnUp() {
-    const task = (run) => (this._maker.isAlive ? this._show(run) : this._paint(run));
+    const isOther = async (run) => !this._maker.isAlive || (await this._stand(run)).isOther;
+    const task = async (run) => ((await isOther(run)) ? this._paint(run) : this._show(run));
     if (this._strokes) await this._work("", this._file.name, task);
+  }
+
+  /** Tell the module which axis is up. */
+  _stand(run) {
+    return run("stand", { level: orbitAxes(horizonOf(upOf(this._up.value)), 0, 0, 0, []) });
   }
 
   /** Do something while the bar shows that it is going on; `task` gets the function that asks the worker. */
@@ -206,10 +213,13 @@ class Dropping {
   async _show(run) {
     const axis = this._up.value, horizon = horizonOf(upOf(axis));
     const fronts = (this._scene.fronts ??= {}); // by the axis that is up
-    fronts[axis] ??= await run("front", { level: orbitAxes(horizon, 0, 0, 0, []) });
-    const view = firstView(this._blank.header.camera, this._scene, horizon, fronts[axis]);
-    Object.assign(view, await run("reach", { camera: view.camera }));
-    const { azimuth, isFlat } = fronts[axis], { camera } = view;
+    const { azimuth, elevation, isFlat } = (fronts[axis] ??= await run("front", {}));
+    const { camera: lens } = this._blank.header;
+    const axes = orbitAxes(horizon, azimuth, elevation, 0, new Float64Array(9));
+    const tangents = [lens.width / (2 * lens.K[0]), ((1 - OVER) * lens.height) / (2 * lens.K[4])];
+    const place = await run("frame", { axes, tangents });
+    const view = firstView(lens, this._scene.origin, horizon.up, axes, place), { camera } = view;
+    Object.assign(view, await run("reach", { camera }));
     const numbers = isFlat ? null : this.look.stage?.numbers; // land seen from above needs no table
     this._strokes = await run("show", { camera, level: orbitAxes(horizon, azimuth, 0, 0, []), numbers });
     this._view = view;
@@ -331,30 +341,16 @@ function upOf(axis) {
   return ["x", "y", "z"].map((name) => (axis[1] === name ? (axis[0] === "-" ? -1 : 1) : 0));
 }
 
-/** The distance from which a camera sees a box whole, of these half sizes, from its middle on. */
-function distanceOf({ K, width, height }, half, axes) {
-  const slopes = [0.5 * WITHIN * width / K[0], 0.5 * WITHIN * height / K[4]];
-  let distance = 0;
-  for (let corner = 0; corner < 8; corner++) {
-    const place = half.map((size, k) => (corner >> k & 1 ? size : -size));
-    const [x, y, z] = [0, 3, 6].map((row) => dot3(axes.subarray(row, row + 3), place));
-    distance = Math.max(distance, Math.abs(x) / slopes[0] - z, Math.abs(y) / slopes[1] - z);
-  }
-  return distance;
-}
-
 /** The keys of a header that say where a scene is seen from. `origin` is that of the strokes. */
-function firstView(camera, { origin, subject: { center, radius, half } }, horizon, { azimuth, elevation }) {
-  const axes = orbitAxes(horizon, azimuth, elevation, 0, new Float64Array(9));
-  const distance = distanceOf(camera, half, axes);
-  const viewmat = [0, 1, 2].flatMap((row) => {
-    const axis = axes.subarray(3 * row, 3 * row + 3);
-    return [...axis, (row === 2 ? distance : 0) - dot3(axis, center)];
+function firstView(lens, origin, up, axes, { eye, distance, center, radius }) {
+  const rise = (OVER * lens.height * distance) / (2 * lens.K[4]); // of the camera, so that the subject is below the fields
+  const raised = (point) => point.map((value, k) => value - rise * axes[3 + k]);
+  const viewmat = [0, 3, 6].flatMap((row) => {
+    const axis = axes.subarray(row, row + 3);
+    return [...axis, -dot3(axis, raised(eye))];
   });
-  return {
-    camera: { ...camera, viewmat: [...viewmat, 0, 0, 0, 1], near: SHARED.NEAR_SHARE * distance },
-    origin, center, up: horizon.up, radius, isInside: false,
-  };
+  const camera = { ...lens, viewmat: [...viewmat, 0, 0, 0, 1], near: SHARED.NEAR_SHARE * distance };
+  return { camera, origin, center: raised(center), up, radius, isInside: false };
 }
 
 // The app is made by a later script, and begins when the page was read.

@@ -31,13 +31,10 @@ const work = {
       const text = new Uint8Array(core.memory.buffer, core.fault(), core.fault_size());
       return { fault: new TextDecoder().decode(text) };
     }
-    const [x, y, z, radius] = new Float64Array(core.memory.buffer, core.scene_extent(), 4);
-    const subject = [...new Float64Array(core.memory.buffer, core.subject(), 7)];
-    const whole = { center: [x, y, z], radius, half: [radius, radius, radius] };
-    const seen = { center: subject.slice(0, 3), radius: subject[3], half: subject.slice(4) };
+    const origin = [...new Float64Array(core.memory.buffer, core.scene_middle(), 3)];
     const [count, dropped] = [core.num_gaussians(), core.num_dropped()];
     const antialiased = Boolean(core.is_antialiased());
-    return { count, dropped, antialiased, origin: whole.center, subject: seen.radius > 0 ? seen : whole };
+    return { count, dropped, antialiased, origin };
   },
 
   /** The number of the axis that is up, and the probability of each. */
@@ -48,16 +45,30 @@ const work = {
     });
   },
 
-  /** Azimuth and elevation of the first view, radians, and whether the subject is flat; by the axes of a level view. */
-  front({ level }) {
-    return withNumbers(level, (place) => {
+  /** Stand the scene upright, by the axes of a level view, and whether that changes what there is to paint. */
+  stand({ level }) {
+    return { isOther: Boolean(withNumbers(level, (place) => core.stand(place))) };
+  },
+
+  /** Where a camera with these axes and tangents of half its angles of view stands, and what it turns around. */
+  frame({ axes, tangents }) {
+    return withNumbers([...axes, ...tangents], (place) => {
+      core.frame(place);
+      const found = [...new Float64Array(core.memory.buffer, place, 8)];
+      return { eye: found.slice(0, 3), distance: found[3], center: found.slice(4, 7), radius: found[7] };
+    });
+  },
+
+  /** Azimuth and elevation of the first view, radians, and whether the subject is flat. */
+  front() {
+    return withNumbers([0, 0, 0], (place) => {
       core.front(place);
       const [azimuth, elevation, isFlat] = new Float64Array(core.memory.buffer, place, 3);
       return { azimuth, elevation, isFlat: isFlat > 0 };
     });
   },
 
-  /** How far the scene reaches from the middle of a picture, pixels: [across, down], or null where it holds but few. */
+  /** How far the subject reaches from the middle of a picture, pixels: [across, down], or null where it holds but few. */
   reach({ camera }) {
     const found = withNumbers(numbersOf(camera), (place) => {
       core.reach(place);
