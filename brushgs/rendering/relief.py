@@ -123,7 +123,7 @@ class Relief:
         units = np.empty((len(strokes), 2))
         if len(strokes) == 0:
             return units
-        columns = _columns(strokes)
+        columns = paint_arguments(strokes)
         middle = _core.median_log_size(columns["scales"])
         if self.size is not None:
             middle = log(self.size) if self.size > 0 else -inf
@@ -162,7 +162,7 @@ def light_range(gaussians: Gaussians) -> tuple[float, float]:
 
     The area of a stroke is its opacity times the product of its two larger scales. (0, 1) without strokes.
     """
-    dark, light = _core.light_range(**_columns(gaussians))
+    dark, light = _core.light_range(**paint_arguments(gaussians))
     return dark, light
 
 
@@ -184,7 +184,8 @@ def keep_relief(moved: Gaussians, strokes: Gaussians) -> None:
         _at_rest[moved] = _at_rest.get(strokes, strokes)
 
 
-def _columns(gaussians: Gaussians) -> dict[str, Any]:
+def paint_arguments(gaussians: Gaussians) -> dict[str, Any]:
+    """The columns of paint, for functions of the core: `PaintedStrokes`."""
     columns = {name: np.ascontiguousarray(getattr(gaussians, name)) for name in ("scales", "opacities", "sh")}
     return {**columns, "cones_from_rgb": CONES_FROM_RGB, "lab_from_roots": OKLAB_FROM_ROOTS}
 

@@ -409,6 +409,7 @@ NB_MODULE(_core, m) {
     bind_boxes(m);
     bind_form(m);
     bind_layers(m);
+    bind_looks(m);
     bind_rows(m);
     bind_stage(m);
     bind_views(m);

@@ -30,6 +30,7 @@ namespace bindings {
 void bind_boxes(nb::module_& m);   // bind_boxes.cpp
 void bind_form(nb::module_& m);    // bind_form.cpp
 void bind_layers(nb::module_& m);  // bind_layers.cpp
+void bind_looks(nb::module_& m);   // bind_looks.cpp
 void bind_rows(nb::module_& m);    // bind_rows.cpp
 void bind_stage(nb::module_& m);   // bind_stage.cpp
 void bind_views(nb::module_& m);   // bind_views.cpp

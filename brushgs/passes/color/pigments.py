@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from brushgs.passes.color.tone import painted_areas
-from brushgs.passes.reduce.lloyd import lloyd
-from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
+from brushgs.passes.reduce.lloyd import GAIN, NUM_STEPS, draws_for
+from brushgs.rendering.relief import paint_arguments
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.sh import base_colors, in_colors
+from brushgs.values.sh import in_colors
 
-HUE = 2.0  # weight of a and b over that of L: two pigments should differ in hue
 SHARE = 0.85  # of the way to the pigment: 1 makes faces of five flat patches
 
 
@@ -31,12 +31,16 @@ def use_pigments(strokes: Gaussians, num_pigments: int, *, share: float = SHARE,
         raise ValueError(f"use_pigments: num_pigments must be at least 1, got {num_pigments}")
     if len(strokes) == 0:
         return strokes
-    lab = oklab_of(base_colors(strokes.sh))
-    paint = np.sqrt(painted_areas(strokes))  # not areas: accents keep their colors
-    paint += 1e-12 * (paint.max() or 1.0)
-    points = (lab * (1, HUE, HUE)).astype(np.float32)
-    labels = lloyd(points, paint, min(num_pigments, len(strokes)), seed=seed).labels
-    totals = np.bincount(labels, paint)
-    means = np.stack([np.bincount(labels, paint * lab[:, i]) / totals for i in range(3)], axis=1)
-    colors = rgb_of_oklab((1 - share) * lab + share * means[labels])
-    return in_colors(strokes, np.clip(colors, 0, 1))
+    rgb = np.empty((len(strokes), 3))
+    count = min(num_pigments, len(strokes))
+    _core.mix_pigments(
+        **paint_arguments(strokes),
+        num_pigments=count,
+        share=share,
+        draws=draws_for(count, seed),
+        num_steps=NUM_STEPS,
+        gain=GAIN,
+        num_threads=num_threads_or_default(None),
+        rgb=rgb,
+    )
+    return in_colors(strokes, rgb)

@@ -4,13 +4,16 @@ Drawing media have few tones, so the tone of a stroke is not its lightness: it c
 space, and all tones are used. Both are decided once per job, from the strokes alone.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
+from brushgs.core.native import core as _core
 from brushgs.passes.form.coverage import NUM_NEIGHBORS, nearest_others
 from brushgs.values.arrays import F64
-from brushgs.values.colors import oklab_of, rgb_of_oklab
+from brushgs.values.colors import CONES_FROM_RGB, OKLAB_FROM_ROOTS, oklab_of
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.sh import base_colors, shift_base_colors
+from brushgs.values.sh import base_colors
 
 NUM_MASS_ROUNDS = 3  # of means over the nearest 16
 ALIKE = 0.1  # difference of tones that are one mass, standard deviation
@@ -20,7 +23,6 @@ LEAST_SPREAD = 0.05  # OKLab L: a smaller spread counts as flat
 DARKEST, LIGHTEST = 0.04, 0.93  # shares of the painted area that become black and white
 ENDS_SEEN = 0.015, 0.985  # the same for visible areas, without hidden and distant paint
 LEAST_RANGE = 0.15  # minimum OKLab L between them: a scene of one tone is not stretched
-SHADOW, LIGHT = (0.62, 0.40), (0.62, 0.35)  # OKLab L at which they begin, and the range over which they grow
 
 
 def grade(
@@ -47,19 +49,18 @@ def grade(
     """
     if len(strokes) == 0 or (chroma == contrast == 1 and not any((*shadows, *lights))):
         return strokes
-    colors = base_colors(strokes.sh)
-    lab = oklab_of(colors)
-    lightness = lab[:, :1]
-    dark = np.clip((SHADOW[0] - lightness) / SHADOW[1], 0, 1)
-    light = np.clip((lightness - LIGHT[0]) / LIGHT[1], 0, 1)
-    graded = np.concatenate(
-        [
-            pivot + (lightness - pivot) * contrast,
-            lab[:, 1:] * chroma + dark * np.asarray(shadows) + light * np.asarray(lights),
-        ],
-        axis=1,
+    sh = strokes.sh.copy()
+    _core.grade(
+        chroma=chroma,
+        contrast=contrast,
+        pivot=pivot,
+        shadows=shadows,
+        lights=lights,
+        cones_from_rgb=CONES_FROM_RGB,
+        lab_from_roots=OKLAB_FROM_ROOTS,
+        sh=sh,
     )
-    return shift_base_colors(strokes, np.clip(rgb_of_oklab(graded), 0, 1) - colors)
+    return replace(strokes, sh=sh)
 
 
 def tones(

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.brushes.kit import BrushKit
+from brushgs.core.native import core as _core
+from brushgs.passes.form.material import brush_arguments
 from brushgs.passes.reduce.equal_rows import chances
-from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
 
-LONG, SHORT = 1.9, 1.35  # length over width above and below which strokes are long and short
-LARGE = 2.2  # times the median size
+GROUPS = ("long", "short", "other", "large", "smooth", "rough")  # of a kit, in the order of the core
 MAX_SEED = 2**32 - 1
 ROUNDING = 1e-9  # tolerance of a sum of shares
 
@@ -57,27 +57,13 @@ def choose_brushes(strokes: Gaussians, kit: BrushKit, *, material: float = 0.0, 
     if not 0 <= material <= 1:
         raise ValueError(f"choose_brushes: material must be 0 to 1, got {material:g}")
     rows = kit.rows()
-    large = rows["large"]
-    aspects, sizes = _shapes(strokes)
-    shares = chances(strokes.means, seed, 4)
-    brushes = np.zeros(len(strokes), np.uint8)
-    is_large = sizes > LARGE * np.median(sizes) if len(strokes) else np.zeros(0, bool)
-    is_long, is_short = aspects > LONG, aspects < SHORT
-    groups = {"long": is_long, "short": is_short, "other": ~(is_long | is_short)}
-    for group, is_in in groups.items():
-        for some, choice in (
-            (is_in & ~is_large, rows[group]),
-            (is_in & is_large, np.union1d(rows[group], large)),
-        ):
-            brushes[some] = choice[(shares[some] * len(choice)).astype(np.intp)]
-    if material and (kit.smooth or kit.rough):
-        from brushgs.passes.form.material import Materials
-
-        of_surfaces, takes = Materials.of(strokes), chances(strokes.means, seed, 7)
-        for choice, is_of in (rows["smooth"], of_surfaces.smooth), (rows["rough"], of_surfaces.rough):
-            some = (takes < material * is_of) & (len(choice) > 0)
-            brushes[some] = choice[(shares[some] * len(choice)).astype(np.intp)]
-    return replace(strokes, brushes=brushes)
+    brushes = _core.choose_brushes(
+        **brush_arguments(strokes),
+        rows=[rows[group].tolist() for group in GROUPS],
+        material=material,
+        seed=seed,
+    )
+    return replace(strokes, brushes=np.asarray(brushes))
 
 
 def mix_brushes(
@@ -123,11 +109,3 @@ def mix_brushes(
 def _check_seed(where: str, seed: int) -> None:
     if not 0 <= operator.index(seed) <= MAX_SEED:
         raise ValueError(f"{where}: seed must be in 0 to {MAX_SEED}, got {seed}")
-
-
-def _shapes(strokes: Gaussians) -> tuple[F64, F64]:
-    """[k] aspect ratio of each stroke, and [k] its size in world units."""
-    scales = np.sort(strokes.scales, axis=1)[:, 1:].astype(np.float64)
-    width, length = scales.T
-    aspects = np.divide(length, width, out=np.full(len(strokes), np.inf), where=width > 0)
-    return np.where(length > 0, aspects, 1.0), np.sqrt(length) * np.sqrt(width)

@@ -58,7 +58,7 @@ def lloyd(
         points=np.ascontiguousarray(points),
         weights=np.ascontiguousarray(weights),
         num_clusters=num_clusters,
-        draws=_draws(num_clusters, seed),
+        draws=draws_for(num_clusters, seed),
         num_steps=num_steps,
         gain=gain,
         num_threads=num_threads_or_default(None),
@@ -76,13 +76,13 @@ def start(points: F32, weights: NDArray[np.float64], num_clusters: int, seed: in
         np.ascontiguousarray(points),
         np.ascontiguousarray(weights),
         num_clusters,
-        _draws(num_clusters, seed),
+        draws_for(num_clusters, seed),
         num_threads_or_default(None),
     )
     return np.asarray(centers)
 
 
-def _draws(num_clusters: int, seed: int) -> NDArray[np.float64]:
+def draws_for(num_clusters: int, seed: int) -> NDArray[np.float64]:
     """Random numbers for each round of a start."""
     return np.random.default_rng(seed).random(_core.most_draws(num_clusters))
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.form.choose_brushes import LONG, SHORT, mix_brushes
+from brushgs.passes.form.choose_brushes import mix_brushes
 from tests.kit.for_each import for_each
 from tests.passes.form.test_material import FUR, wall
+from tests.passes.looks_twin import LONG, SHORT
 from tests.passes.scenes import random_gaussians
 
 KIT = bg.BrushKit(long=("flat",), short=("dab",), other=("filbert",), large=("impasto",))

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.passes.form.material import Materials, roughness
+from brushgs.passes.form.material import Materials
 from brushgs.values.colors import rgb_of_oklab
 from brushgs.values.sh import in_colors
 from tests.kit.for_each import for_each
@@ -35,20 +35,20 @@ FUR = {"normals": 1.0, "colors": 0.1, "sizes": 0.5}
     ],
 )
 def test_each_spread_counts_and_the_more_the_rougher(what, weight, spreads):
-    found = [roughness(wall(**{what: spread})).mean() for spread in spreads]
-    assert roughness(wall()).max() < 0.01
+    found = [Materials.of(wall(**{what: spread})).roughness.mean() for spread in spreads]
+    assert Materials.of(wall()).roughness.max() < 0.01
     assert found[0] < found[1] < found[2] <= weight + 1e-9
     assert found[2] > 0.7 * weight
-    assert roughness(wall(**FUR)).min() > 0.8
+    assert Materials.of(wall(**FUR)).roughness.min() > 0.8
 
 
 def test_roughness_is_that_of_a_surface_not_of_a_stroke():
     strokes = wall()
     quats = strokes.quats.copy()
     quats[100] = (1, 1, 0, 0)  # one that stands upright
-    found = roughness(replace(strokes, quats=quats))
+    found = Materials.of(replace(strokes, quats=quats)).roughness
     assert found.max() < 0.15
-    both = roughness(replace(wall(800, **FUR), means=wall(800).means))
+    both = Materials.of(replace(wall(800, **FUR), means=wall(800).means)).roughness
     neighbours = np.argsort(np.linalg.norm(wall(800).means - wall(800).means[0], axis=1))[:20]
     assert np.ptp(both[neighbours]) < 0.15
 
