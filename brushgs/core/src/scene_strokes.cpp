@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "brushgs/broken_color.hpp"
+#include "brushgs/colors.hpp"
 #include "brushgs/equal_rows.hpp"
 #include "brushgs/features.hpp"
 #include "brushgs/floaters.hpp"
@@ -145,6 +146,22 @@ void turn_along_form(const GaussianColumns& gaussians, const double* xyz_over_wh
     strokes.scales = std::move(scales);
 }
 
+// What `grade` and `use_pigments` of a look make of colors.
+void color(const StrokeOptions& options, GaussianColumns& strokes) {
+    grade(options.grading, options.cones_from_rgb, options.lab_from_roots, strokes.count, strokes.sh_terms,
+          strokes.sh.data());
+    if (options.num_pigments == 0) return;
+    Doubles rgb(3 * strokes.count);
+    mix_pigments<float>({strokes.scales.data(), strokes.opacities.data(), strokes.sh.data(), strokes.count,
+                         strokes.sh_terms, options.cones_from_rgb, options.lab_from_roots},
+                        {options.num_pigments, options.pure, options.draws, static_cast<int>(options.num_steps),
+                         options.gain, kThreads},
+                        rgb.data());
+    strokes.sh_terms = 1;
+    strokes.sh.clear();
+    for (const double value : rgb) strokes.sh.push_back(static_cast<float>((value - 0.5) / kBand0));
+}
+
 }  // namespace
 
 Reach reach_in(const PictureView& view, const std::vector<double>& points) {
@@ -210,6 +227,7 @@ GaussianColumns strokes_of_scene(const SceneColumns& scene, const Extent& extent
     strokes.scales = std::move(scales);
     strokes.opacities = std::move(opacities);
     turn_along_form(kept, options.xyz_over_white, strokes);
+    color(options, strokes);
     break_colors<float>({.means = strokes.means.data(),
                          .scales = strokes.scales.data(),
                          .opacities = strokes.opacities.data(),

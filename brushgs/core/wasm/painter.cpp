@@ -8,13 +8,16 @@
 #include <numeric>
 
 #include "brushgs/blending.hpp"
+#include "brushgs/colors.hpp"
 #include "brushgs/first_view.hpp"
 #include "brushgs/framing.hpp"
+#include "brushgs/moments.hpp"
 #include "brushgs/quats.hpp"
 #include "brushgs/rows.hpp"
 #include "brushgs/scene_rows.hpp"
 #include "brushgs/scene_stage.hpp"
 #include "brushgs/scene_strokes.hpp"
+#include "brushgs/stroke_brushes.hpp"
 #include "brushgs/stroke_relief.hpp"
 
 #define BRUSHGS_EXPORT(name) extern "C" __attribute__((export_name(#name)))
@@ -40,10 +43,13 @@ std::vector<std::uint8_t> crumbs;  // marks of the rows below it
 struct Paint {
     brushgs::GaussianColumns strokes;
     std::vector<float> reliefs;  // [count, 2] thickness and gain, see brushgs/rendering/relief.py
+    std::vector<std::uint8_t> brushes;
 };
 Paint painted;             // as it was made
 Paint shown[2];            // on its stage, and the stage
 double relief_numbers[3];  // thickness, gain and by_light
+brushgs::BrushRows brushes;
+double ground_color[3];  // display-encoded
 
 double paint_of(const brushgs::GaussianColumns& strokes, std::size_t row) {
     std::array<double, 3> scales;
@@ -62,6 +68,35 @@ brushgs::LightRange lights_of(const brushgs::GaussianColumns& strokes, const dou
                               const double* lab_from_roots) {
     return strokes.count == 0 ? brushgs::LightRange{}
                               : brushgs::light_range(brushed(strokes, cones_from_rgb, lab_from_roots));
+}
+
+void choose(Paint& paint, double material, const double* cones_from_rgb, const double* lab_from_roots) {
+    const brushgs::GaussianColumns& s = paint.strokes;
+    paint.brushes =
+        brushgs::choose_brushes<float>({s.means.data(), s.quats.data(), s.scales.data(), s.opacities.data(),
+                                        s.sh.data(), s.count, s.sh_terms, cones_from_rgb, lab_from_roots, 1},
+                                       brushes, material, 0);
+}
+
+// A toned ground, see `Tone` of brushgs/passes/add/backdrop.py: its lightness, the complement of the mean color of the
+// scene, and a shift of a and b.
+void tone(const brushgs::GaussianColumns& whole, double lightness, double complement, const double* warmth,
+          const brushgs::Oklab& oklab) {
+    std::vector<double> paint(whole.count);
+    brushgs::projected_areas(whole.scales.data(), whole.count, 0.0, 1, paint.data());
+    double sum = 0, mean[2] = {};
+    for (std::size_t i = 0; i < whole.count; ++i) {
+        const float* const sh = whole.sh.data() + 3 * whole.sh_terms * i;
+        const auto lab =
+            oklab.lab_of({brushgs::base_color(sh, 0), brushgs::base_color(sh, 1), brushgs::base_color(sh, 2)});
+        const double weight = paint[i] * static_cast<double>(whole.opacities[i]);
+        sum += weight;
+        for (std::size_t k = 0; k < 2; ++k) mean[k] += weight * lab[k + 1];
+    }
+    brushgs::Oklab::Color color{lightness, 0, 0};
+    for (std::size_t k = 0; k < 2; ++k) color[k + 1] = warmth[k] - (sum > 0 ? complement * mean[k] / sum : 0);
+    color = oklab.rgb_of(color);
+    std::ranges::transform(color, ground_color, [](double value) { return std::clamp(value, 0.0, 1.0); });
 }
 
 // Relief of paint, by the lights of the subject, relative to the usual one.
@@ -92,6 +127,7 @@ void arrange(Paint& laid) {
     for (const std::uint32_t row : rows)
         raised.insert(raised.end(), {laid.reliefs[2 * row], laid.reliefs[2 * row + 1]});
     laid.reliefs = std::move(raised);
+    laid.brushes = brushgs::taken_from(laid.brushes.data(), 1, rows);
     for (std::size_t row = 0; row < strokes.count; ++row) {
         const auto quat = brushgs::unit_quat(&strokes.quats[4 * row]);
         std::ranges::transform(quat, &strokes.quats[4 * row], [](double value) { return static_cast<float>(value); });
@@ -244,11 +280,20 @@ BRUSHGS_EXPORT(reach) void reach(double* view) {
     view[0] = found.across, view[1] = found.down;
 }
 
-// Makes the strokes of the scene that was read, with their relief. The numbers are those of `StrokeOptions` from
-// `finest` to `chroma`, its matrices, `follows`, thickness, gain and by_light of the relief, and the draws.
+// Makes the strokes of the scene that was read, with their relief and brushes, and the color of a toned ground. The
+// numbers are those of `StrokeOptions` from `finest` to `chroma`, its matrices, `follows`, `grading` and pigments, the
+// relief's thickness, gain and by_light, the ground's lightness, complement and warmth, the share of surfaces that
+// brushes are chosen by, for each kind of brushes their number and rows, and the draws.
 BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* numbers) {
     painted = shown[0] = shown[1] = {};
-    std::copy_n(numbers + 37, 3, relief_numbers);
+    const double *cones_from_rgb = numbers + 9, *lab_from_roots = numbers + 18, *look = numbers + 37;
+    const double *light = look + 9, *ground = light + 3, *kit = ground + 5;
+    std::copy_n(light, 3, relief_numbers);
+    for (auto* const rows : {&brushes.of_long, &brushes.of_short, &brushes.of_others, &brushes.of_large,
+                             &brushes.of_smooth, &brushes.of_rough}) {
+        rows->assign(kit + 1, kit + 1 + static_cast<std::size_t>(*kit));
+        kit += 1 + rows->size();
+    }
     const brushgs::StrokeOptions options{.num_strokes = num_strokes,
                                          .finest = numbers[0],
                                          .color_weight = numbers[1],
@@ -260,18 +305,24 @@ BRUSHGS_EXPORT(paint) void paint(std::size_t num_strokes, const double* numbers)
                                          .lightness = numbers[7],
                                          .chroma = numbers[8],
                                          .follows = numbers[36],
-                                         .cones_from_rgb = numbers + 9,
-                                         .lab_from_roots = numbers + 18,
+                                         .grading = {look[0], look[1], look[2], {look[3], look[4]}, {look[5], look[6]}},
+                                         .num_pigments = static_cast<std::size_t>(look[7]),
+                                         .pure = look[8],
+                                         .cones_from_rgb = cones_from_rgb,
+                                         .lab_from_roots = lab_from_roots,
                                          .xyz_over_white = numbers + 27,
-                                         .draws = numbers + 40};
+                                         .draws = kit};
     brushgs::SceneColumns rest;
     const brushgs::SceneColumns& whole = without_crumbs(rest);
+    tone(whole, ground[0], ground[1], ground + 2, brushgs::Oklab(cones_from_rgb, lab_from_roots));
     painted.strokes = brushgs::strokes_of_scene(whole, brushgs::robust_extent(whole.means.data(), whole.count, 1),
                                                 options, tell_page);
-    raise(painted, lights_of(painted.strokes, options.cones_from_rgb, options.lab_from_roots), 1,
-          options.cones_from_rgb, options.lab_from_roots);
+    raise(painted, lights_of(painted.strokes, cones_from_rgb, lab_from_roots), 1, cones_from_rgb, lab_from_roots);
+    choose(painted, ground[4], cones_from_rgb, lab_from_roots);
     arrange(painted);
 }
+
+BRUSHGS_EXPORT(ground) const double* ground() { return ground_color; }
 
 // Shows what was painted; with numbers on a stage: those of `PictureView`, the axes of its level view, the other
 // numbers of `StageOptions` with its matrices, and the relief of the stage relative to that of the strokes.
@@ -297,6 +348,7 @@ BRUSHGS_EXPORT(show) void show(const double* numbers) {
         shown[1].strokes = std::move(staged.stage);
         raise(shown[1], lights_of(painted.strokes, cones_from_rgb, lab_from_roots), look[24], cones_from_rgb,
               lab_from_roots);
+        choose(shown[1], 0, cones_from_rgb, lab_from_roots);
         for (Paint& paint : shown) arrange(paint);
     }
     for (Paint& paint : shown) move_to_middle(paint.strokes);
@@ -311,3 +363,4 @@ BRUSHGS_EXPORT(scales) const float* scales(std::size_t part) { return shown[part
 BRUSHGS_EXPORT(opacities) const float* opacities(std::size_t part) { return shown[part].strokes.opacities.data(); }
 BRUSHGS_EXPORT(relief) const float* relief(std::size_t part) { return shown[part].reliefs.data(); }
 BRUSHGS_EXPORT(sh) const float* sh(std::size_t part) { return shown[part].strokes.sh.data(); }
+BRUSHGS_EXPORT(brushes) const std::uint8_t* brushes_of(std::size_t part) { return shown[part].brushes.data(); }

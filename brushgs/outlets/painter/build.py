@@ -23,7 +23,7 @@ SOURCES = (
             *("visible_shares", "light_along", "features"),
             *("equal_rows", "floaters", "components", "prune"),
             *("surroundings", "worth", "solid", "stroke_form", "surface_field"),
-            *("broken_color", "stroke_relief"),
+            *("broken_color", "stroke_relief", "stroke_brushes", "look_colors"),
             *("scene_stage", "stage_ground", "stage_maps", "stage_site", "stage_strokes"),
             *("stage_surface", "stage_tones"),
             *("subject", "view_pictures", "find_up", "find_front", "framing", "crumbs", "cpu"),

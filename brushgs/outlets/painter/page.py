@@ -6,12 +6,16 @@ in Python, with k strokes,
     cleaned = bg.clean(bg.load(scene))
     kept = bg.prune(cleaned.take(~find_crumbs(cleaned, find_first_view(cleaned))), at_least=k)
     merged = bg.cluster(kept, k)
-    strokes = bg.break_colors(bg.solidify(merged.take(worth_keeping(merged))))
+    solid = bg.orient(bg.solidify(merged.take(worth_keeping(merged))), kept)
+    strokes = bg.break_colors(use_pigments(grade(solid)), follows=1)  # plain: none of these
+    strokes = bg.choose_brushes(strokes, kit, material=1)
 
-with `follows=1` in oil, shown as by `bg.save(strokes, "page.html", texture="flat", underpaint=True)`; in oil
-on toned linen, with a relief and a lamp, on a stage (`brushgs/passes/add/stage.py`).
+with the numbers of a look and its brushes, one image of each, shown as by `bg.save(strokes, "page.html",
+texture=kit.open(), underpaint=True)`, on the ground of the look, with a relief and a lamp, on a stage
+(`brushgs/passes/add/stage.py`).
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 from math import degrees
 from pathlib import Path
@@ -20,13 +24,16 @@ from typing import Any
 import numpy as np
 
 from brushgs.brushes.brush_set import BrushSet
+from brushgs.brushes.kit import BrushKit
+from brushgs.brushes.texture import without_number
 from brushgs.cameras.framing import DEFAULT_FOV_Y
 from brushgs.first_view.up import SURE
 from brushgs.formats.files import replacing
 from brushgs.options.look import Look
-from brushgs.options.look_parts import USUAL_LAMP
+from brushgs.options.look_parts import USUAL_LAMP, BrushesConfig
 from brushgs.options.page import PAGE_SUFFIXES
 from brushgs.options.painting import DEFAULT_KEEP, PaintConfig
+from brushgs.options.stroke_target import UsualCount
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import PageContents, page_contents
 from brushgs.outlets.page.html import page_html
@@ -35,6 +42,7 @@ from brushgs.outlets.painter.build import painter_module
 from brushgs.passes.color.broken_color import CHROMA, LIGHTNESS
 from brushgs.passes.color.color_space import XYZ_OVER_WHITE
 from brushgs.passes.finest import DISTANCE, usual_finest
+from brushgs.passes.form.choose_brushes import GROUPS
 from brushgs.passes.form.solid import STRENGTH
 from brushgs.passes.reduce.features import COLOR_WEIGHT
 from brushgs.passes.reduce.lloyd import GAIN, NUM_STEPS
@@ -48,16 +56,15 @@ from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.relief import Relief
-from brushgs.rendering.surface import linen
+from brushgs.rendering.surface import Recipe
 from brushgs.rendering.underpaint import STROKE_REACH
 from brushgs.values.camera import Camera
-from brushgs.values.colors import CONES_FROM_RGB, OKLAB_FROM_ROOTS
+from brushgs.values.colors import CONES_FROM_RGB, OKLAB_FROM_ROOTS, rgb_of
 from brushgs.values.gaussians import Gaussians
 
-LOOKS = ("oil", "plain")  # of which the page has all that it shows
+LOOKS = ("oil", "impressionist", "gouache", "plain")  # of opaque paint
 BRUSHES = ("flat", "filbert", "dab", "dry_brush", "palette_knife", "impasto", "fan", "swirl")
-GROUND = (0.66, 0.61, 0.53)  # toned linen, RGB: neither the light nor the dark of a scene is lost on it
-STROKES = 6000  # as many as a look of oil lays
+STROKES = 6000  # of looks that do not say how many
 MOST_BYTES = (
     300_000_000  # of a scene file: with its columns it takes a gigabyte, as much as a phone gives a page
 )
@@ -98,6 +105,8 @@ def painter_contents(module: bytes) -> PageContents:
             "header": {key: page.header[key] for key in ("surface", "background", "lamp")}
             | {"coats": page.header["coats"][-1:]},
             "stage": _stage(Look.open(name).config, page),
+            "strokes": _count(Look.open(name).config),
+            "isToned": Look.open(name).config.ground.ground == "toned",
         }
         for name, page in pages.items()
     }
@@ -106,7 +115,6 @@ def painter_contents(module: bytes) -> PageContents:
         "lamp": [degrees(angle) for angle in USUAL_LAMP],
         "sure": SURE,
         "strokeReach": STROKE_REACH,
-        "strokes": STROKES,
         "mostBytes": MOST_BYTES,
     }
     arrays = {**contents.arrays, "module": np.frombuffer(module, np.uint8)}
@@ -118,8 +126,13 @@ def _page_of(config: PaintConfig, brushes: BrushSet) -> PageContents:
     """The contents of a page in a look, with specks for strokes."""
     relief = open_relief(config.light)
     options = RenderOptions.of(brushes, underpaint=True, low_pass=0.3, relief=relief)
-    is_plain = config.ground.ground == "none"
-    surface = None if is_plain else linen(np.array(GROUND), height=HEIGHT, width=WIDTH)
+    is_plain, canvas = config.ground.ground == "none", config.light.canvas
+    surface = None
+    if not is_plain:
+        # A toned ground takes its color from the scene.
+        color = rgb_of(config.ground.ground) if config.ground.ground != "toned" else (0.5, 0.5, 0.5)
+        recipe = Recipe(canvas, np.array(color, np.float32), config.light.canvas_strength, 0, None)
+        surface = recipe.surface(height=HEIGHT, width=WIDTH)
     specks = _specks(len(brushes))
     coats = [Coat("strokes", specks, brushes, options)]
     if config.ground.stage:
@@ -152,14 +165,33 @@ def _stage(config: PaintConfig, page: PageContents) -> dict[str, Any] | None:
 def _numbers(config: PaintConfig) -> list[float]:
     """Of `paint` of the module: `finest` is in radii of the scene."""
     shapes = [usual_finest(1.0), COLOR_WEIGHT, NUM_STEPS, GAIN, OVERLAP, DEFAULT_KEEP, STRENGTH]
-    lightness, light = config.strokes.broken_color, config.light
+    lightness, light, color = config.strokes.broken_color, config.light, config.color
     matrices = np.stack([CONES_FROM_RGB, OKLAB_FROM_ROOTS, XYZ_OVER_WHITE])
     relief = open_relief(light) or Relief(0, 0)
     return [
         *(*shapes, lightness, lightness / LIGHTNESS * CHROMA, *matrices.ravel().tolist()),
-        *(config.strokes.economy, relief.thickness, relief.gain, relief.by_light),
+        *(config.strokes.economy, color.chroma, color.contrast, color.pivot, *color.shadows, *color.lights),
+        *(color.pigments, color.pure, relief.thickness, relief.gain, relief.by_light),
+        *(config.ground.lightness, config.ground.complement, *config.ground.warmth, config.strokes.economy),
+        *_brush_rows(config.brushes),
         *np.random.default_rng(0).random(NUM_DRAWS).tolist(),
     ]
+
+
+def _count(config: PaintConfig) -> int:
+    """Strokes of a look."""
+    target = config.cluster.strokes
+    return target.count if isinstance(target, UsualCount) else STROKES
+
+
+def _brush_rows(brushes: BrushesConfig) -> Iterator[int]:
+    """Number and rows in `BRUSHES` of the brushes for each kind of stroke; without any all are the first."""
+    names = {group: getattr(brushes, group) for group in GROUPS}
+    kit = BrushKit(**names) if brushes.names else BrushKit(other=BRUSHES[:1])
+    for group in GROUPS:
+        rows = {BRUSHES.index(without_number(kit.images[row])) for row in kit.rows()[group]}
+        yield len(rows)
+        yield from sorted(rows)
 
 
 def _specks(count: int) -> Gaussians:

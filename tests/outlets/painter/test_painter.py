@@ -10,6 +10,7 @@ import pytest
 
 import brushgs as bg
 from brushgs import cli
+from brushgs.brushes.texture import without_number
 from brushgs.cameras.framing import AXES, camera_axes, fit_eye
 from brushgs.errors import SceneError
 from brushgs.first_view import find_first_view
@@ -17,11 +18,16 @@ from brushgs.formats.pictures.images import read_image
 from brushgs.formats.scenes.spz import open_scene
 from brushgs.outlets.page.contents import coarse_to_fine
 from brushgs.outlets.painter import build
-from brushgs.outlets.painter.page import BRUSHES
+from brushgs.outlets.painter.page import BRUSHES, LOOKS
+from brushgs.passes.add.backdrop import Tone, ground_color
 from brushgs.passes.add.stage import find_site, open_stage
 from brushgs.passes.add.stage_ground import BAND
 from brushgs.passes.add.stage_paint import Brushwork, painted_stage
+from brushgs.passes.color.broken_color import CHROMA, LIGHTNESS
+from brushgs.passes.color.pigments import use_pigments
+from brushgs.passes.color.tone import grade
 from brushgs.passes.extent import robust_frame
+from brushgs.passes.form.choose_brushes import GROUPS
 from brushgs.passes.reduce.crumbs import find_crumbs
 from brushgs.passes.reduce.worth import worth_keeping
 from brushgs.pipeline.look import open_relief
@@ -53,8 +59,10 @@ def dropped(page, path, *, stage=True):
     page.evaluate(
         """(has) => {
       const { looks } = window.brushgs.dropping._blank.header.painter;
-      looks.kept ??= looks.oil.stage;
-      looks.oil.stage = has ? looks.kept : null;
+      for (const look of Object.values(looks)) {
+        look.kept ??= look.stage;
+        look.stage = has ? look.kept : null;
+      }
     }""",
         stage,
     )
@@ -145,6 +153,44 @@ def test_strokes_are_those_of_an_unguided_painting(painter, tmp_path, suffix):
     assert is_same.mean() > 0.1
     np.testing.assert_allclose(found.std(axis=0), expected.std(axis=0), rtol=0.25)
     assert np.abs(found.mean(axis=0)).max() < 0.1 * expected.std()
+
+
+@for_each("look", [name for name in LOOKS if name != "plain"])
+def test_a_look_has_its_colors_brushes_ground_and_number_of_strokes(painter, tmp_path, look):
+    path = tmp_path / "pears.ply"
+    bg.save(still_life_of(4000), path)
+    dropped(painter, path, stage=False)
+    painter.select_option("#dropLook", look)
+    wait_until(painter, DONE)
+    config = bg.Look.open(look).config
+    assert painter.evaluate("window.brushgs.dropping.strokes") == config.cluster.strokes.count
+    ask_for(painter, NUM_STROKES)
+    dropped(painter, path, stage=False)
+    gaussians, _, plain, _ = strokes_of_passes(path, NUM_STROKES)
+    color, lightness, ground = config.color, config.strokes.broken_color, config.ground
+    names = ("chroma", "contrast", "pivot", "shadows", "lights")
+    colored = grade(plain, **{name: getattr(color, name) for name in names})
+    if color.pigments:
+        colored = use_pigments(colored, color.pigments, share=color.pure)
+    strokes = bg.break_colors(colored, lightness, lightness / LIGHTNESS * CHROMA, follows=1)
+    found, expected = compared(painter, gaussians, colored, strokes)
+    np.testing.assert_allclose(found.std(axis=0), expected.std(axis=0), rtol=0.25)
+    assert np.abs(found.mean(axis=0)).max() < 0.2 * expected.std()
+    kit = bg.BrushKit(**{group: getattr(config.brushes, group) for group in GROUPS})
+    rows = bg.choose_brushes(strokes, kit, material=1).brushes
+    own = [BRUSHES.index(without_number(name)) for name in kit.images]
+    shares, of_page = (
+        np.bincount(one, minlength=len(BRUSHES)) / len(rows)
+        for one in (np.array(own)[rows], strokes_in(painter)["brush"][:, 0].astype(int))
+    )
+    np.testing.assert_allclose(of_page, shares, atol=0.1)  # they are chosen by hashes of places
+    assert ((shares > 0.05) <= (of_page > 0)).all()
+    if ground.ground == "toned":
+        toned = ground_color(gaussians, Tone(ground.lightness, ground.complement, ground.warmth))
+        surface = painter.evaluate("window.brushgs.contents.header.surface")
+        np.testing.assert_allclose(surface["color"], toned, atol=1e-6)
+    painter.select_option("#dropLook", "oil")
+    wait_until(painter, DONE)
 
 
 @for_each("version, degree", [(1, 0), (2, 1), (3, 2), (3, 4)])

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "brushgs/extent.hpp"
+#include "brushgs/look_colors.hpp"
 #include "brushgs/scene_rows.hpp"
 
 namespace brushgs {
@@ -33,6 +34,9 @@ struct StrokeOptions {
     double solid;              // strength of solid paint, see solid.hpp
     double lightness, chroma;  // of broken color, see broken_color.hpp
     double follows;            // likewise
+    Grading grading;
+    std::size_t num_pigments;                       // 0: any color
+    double pure;                                    // share of the way to a pigment
     const double *cones_from_rgb, *lab_from_roots;  // [3, 3] each, likewise
     const double* xyz_over_white;                   // [3, 3], see FormQuery
     const double* draws;                            // see Lloyd
@@ -42,8 +46,8 @@ struct StrokeOptions {
 void clean_scene(SceneColumns& scene);
 
 // Of a clean scene and its extent: the Gaussians that contribute most, merged where there are more than strokes, those
-// that are worth it, as solid paint along the form, in broken color. `tell` is called with the share of the work that
-// is done.
+// that are worth it, as solid paint along the form, graded, mixed of pigments and in broken color. `tell` is called
+// with the share of the work that is done.
 GaussianColumns strokes_of_scene(const SceneColumns& scene, const Extent& extent, const StrokeOptions& options,
                                  void (*tell)(double share));
 

@@ -68,6 +68,8 @@ class Dropping {
     this._maker = new Maker(this._blank.arrays.module, (share) => { this._progress.value = share; });
     this._file = this._scene = this._strokes = this._view = null;
     this._brush = null; // that was dropped, see drop_brush.js
+    this._ground = null; // color of a toned ground
+    this._isOwnCount = false; // whether the number of strokes is not that of the look
     this.isBusy = false; // whether a scene is being read or painted
     this._task = 0; // counts scenes and changes, so that one that is out of date is not shown
     const byId = (id) => document.getElementById(id);
@@ -79,8 +81,7 @@ class Dropping {
     this._look.replaceChildren(...Object.keys(looks).map((name) => new Option(name)));
     [this._around.value, this._height.value] = lamp;
     Object.assign(this._count, { min: Math.log(LEAST_STROKES), max: Math.log(MOST_STROKES), step: "any" });
-    this._count.value = Math.log(this._blank.header.painter.strokes);
-    this._showCount();
+    this._takeCount();
     this._listen();
     app.controls.setTurning(false);
     this._zone.hidden = false;
@@ -93,7 +94,10 @@ class Dropping {
     return Math.round(count / unit) * unit;
   }
 
-  /** The look that is chosen: `numbers` for its strokes, and `header`, the keys that a page has of it. */
+  /**
+   * The look that is chosen: `numbers` for its strokes, how many these are, `header`, the keys that a page has of it, and
+   * whether its ground matches the scene.
+   */
   get look() {
     return this._blank.header.painter.looks[this._look.value];
   }
@@ -157,7 +161,7 @@ class Dropping {
     await this._remember(run);
     await this._stand(run);
     this._say(`Painting ${this._file.name}: ${this._scene.count.toLocaleString("en")} Gaussians …`, true);
-    await run("paint", { strokes: this.strokes, numbers });
+    this._ground = (await run("paint", { strokes: this.strokes, numbers })).ground;
     await this._show(run);
     const { dropped } = this._scene, notes = [];
     if (dropped) notes.push(`${dropped.toLocaleString("en")} rows that cannot be drawn were left out.`);
@@ -233,11 +237,16 @@ class Dropping {
     const { header, arrays } = this._blank;
     const { strokes, stage } = this._strokes, own = {};
     const coatOf = (coat, { columns, count, shDegree }, antialiased) => {
-      const names = Object.fromEntries(Object.keys(columns).map((name) => [name, `scene.${coat.name}.${name}`]));
-      for (const [name, values] of Object.entries(columns)) own[names[name]] = values;
+      const names = {};
+      for (const [name, values] of Object.entries(columns)) {
+        if (name === "brush" && this._brush) continue; // it is the brush of all strokes
+        names[name] = `scene.${coat.name}.${name}`;
+        own[names[name]] = values;
+      }
       return { ...coat, count, shDegree, antialiased, arrays: names };
     };
-    const look = this.look.header, lamp = look.lamp && { ...look.lamp, ...this._lamp() };
+    const { isToned } = this.look, look = { ...this.look.header }, lamp = look.lamp && { ...look.lamp, ...this._lamp() };
+    if (isToned) look.surface = { ...look.surface, color: this._ground };
     const coats = [coatOf(look.coats[0], strokes, this._scene.antialiased)];
     if (stage) coats.unshift(coatOf(this.look.stage.coat, stage, false));
     const title = this._file.name.replace(/\.[^.]*$/, "");
@@ -305,6 +314,12 @@ class Dropping {
     this._zone.hidden = false;
   }
 
+  /** Lay as many strokes as the look does, unless another number was chosen. */
+  _takeCount() {
+    if (!this._isOwnCount) this._count.value = Math.log(this.look.strokes);
+    this._showCount();
+  }
+
   _showCount() {
     this._countText.textContent = this.strokes.toLocaleString("en");
   }
@@ -328,9 +343,15 @@ class Dropping {
       if (event.dataTransfer.files.length) this.open(event.dataTransfer.files[0]);
     });
     this._count.addEventListener("input", () => this._showCount());
-    this._count.addEventListener("change", () => this._again());
+    this._count.addEventListener("change", () => {
+      this._isOwnCount = true;
+      this._again();
+    });
     this._up.addEventListener("change", () => this._turnUp());
-    this._look.addEventListener("change", () => this._again());
+    this._look.addEventListener("change", () => {
+      this._takeCount();
+      this._again();
+    });
     for (const input of [this._around, this._height]) input.addEventListener("input", () => this._moveLamp());
     document.getElementById("dropSave").addEventListener("click", () => this._save());
   }

@@ -37,10 +37,10 @@ function inPlanes(array) {
 async function pageOf({ header, arrays }, brush) {
   const { painter, coats, ...others } = header;
   const own = Object.fromEntries(Object.entries(arrays).filter(([name]) => /^(brush|scene)/.test(name)));
-  const row = brush ?? 0;
-  const drawn = coats.map((coat) => ({
-    ...coat, brushes: [coat.brushes[row]], numSigmas: [coat.numSigmas[row]],
-    underpaint: coat.underpaint && { ...coat.underpaint, reach: [coat.underpaint.reach[row]] },
+  const drawn = brush === null ? coats : coats.map((coat) => ({
+    ...coat, brushes: [coat.brushes[brush]], numSigmas: [coat.numSigmas[brush]],
+    underpaint: coat.underpaint && { ...coat.underpaint, reach: [coat.underpaint.reach[brush]] },
+    arrays: { ...coat.arrays, brush: undefined },
   }));
   const bytes = await encodeContents({ header: { ...others, coats: drawn }, arrays: own });
   const page = new DOMParser().parseFromString(SHELL, "text/html");

@@ -77,10 +77,10 @@ const work = {
     return { subject: found[0] > 0 ? found : null };
   },
 
-  /** Make so many strokes. */
+  /** Make so many strokes; and the color of a toned ground. */
   paint({ strokes, numbers }) {
     withNumbers(numbers, (place) => core.paint(strokes, place));
-    return {};
+    return { ground: [...new Float64Array(core.memory.buffer, core.ground(), 3)] };
   },
 
   /** The strokes as shown in a view, and their stage, or null, made with `numbers`: columns by name. */
@@ -99,6 +99,7 @@ function shown(part) {
   for (const [name, width] of Object.entries({ ...COLUMNS, sh: 3 * terms })) {
     columns[name] = new Float32Array(core.memory.buffer, core[name](part), width * count).slice();
   }
+  columns.brush = new Uint8Array(core.memory.buffer, core.brushes(part), count).slice();
   return { columns, count, shDegree: Math.sqrt(terms) - 1 };
 }
 
