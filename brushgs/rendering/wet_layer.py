@@ -161,6 +161,8 @@ class WetLayer(_Running):
         washes: parameters of mixing.
         smoothing: of the three washes.
         towards: unit vector toward the lamp, world axes; None if not known.
+        losing: how far a lost outline is lost, 0 to 1.
+        has_border: whether what reaches the edge of the sheet ends in a ragged border before it.
     """
 
     key: Key
@@ -169,13 +171,15 @@ class WetLayer(_Running):
     washes: Washes = field(default=Washes())
     smoothing: tuple[Wash, Wash, Wash] = WASHES
     towards: tuple[float, ...] | None = None
+    losing: float = 1.0
+    has_border: bool = True
 
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None", part: Any = None) -> Frame:
         """The wet layer as covering paint: its paper hides the layers below the strokes."""
         return _on_part(self._laid, painted, camera, surface)
 
     def wet(self, painted: Frame, camera: Camera) -> "Wet":
-        """All that a picture of strokes, with depth, is mixed from, on white."""
+        """All that a picture of strokes, with depth, is mixed from, on white, its outlines wholly lost."""
         assert painted.depth is not None, "effects have a depth"
         height, width = painted.alpha.shape
         all_of = slice(0, height), slice(0, width)
@@ -189,7 +193,7 @@ class WetLayer(_Running):
 
     def lost(self, wet: "Wet") -> Array:
         """[H, W] how far outlines are lost, 0 to 1."""
-        soft, (first, over, *_) = wet.alphas[1], self.washes.lost
+        soft, (first, over, *_) = wet.losing(self.losing).alphas[1], self.washes.lost
         scores = self.scores(wet)
         if soft is None:
             return np.zeros_like(scores)
@@ -202,14 +206,14 @@ class WetLayer(_Running):
 
     def _laid(self, part: "_Part") -> tuple[Array, Array]:
         """Colors and alpha of a part of a picture."""
-        return self._wet(part).mixed(self.washes)
+        return self._wet(part).losing(self.losing).mixed(self.washes)
 
     def _wet(self, part: "_Part") -> "Wet":
         alpha, dtype = part.alpha, part.rgb.dtype
         noise, parted = self._parts(part)
         blurred = smooth(parted[1].copy(), RIM * part.diagonal)
         soft = None if self.is_room else _outlines(alpha, LOSS * part.diagonal, self._lamp_in(part.camera))
-        border = part.cut(ragged_border(*part.shape, dtype.name))
+        border = part.border(has_one=self.has_border)
         if not self.is_room:  # washes do not run beyond painted pixels
             border = border * smoothstep(SPILL * alpha).astype(dtype)
         return Wet(parted, blurred, noise, (alpha, soft), (part.grain, border, part.paper))
@@ -290,6 +294,14 @@ class Wet(NamedTuple):
     alphas: tuple[Array, Array | None]
     sheet: tuple[Array | None, Array | None, Array | None]
 
+    def losing(self, share: float) -> "Wet":
+        """The same with a share of what it loses of lost outlines."""
+        alpha, soft = self.alphas
+        if soft is None or share == 1:
+            return self
+        fades = 1 - share * (1 - soft[..., 0])
+        return self._replace(alphas=(alpha, np.stack([fades, soft[..., 1]], axis=-1)))
+
     def mixed(self, washes: Washes) -> tuple[Array, Array]:
         """Colors [H, W, 3] and alpha [H, W] of covering paint."""
         return _mixed(self.parted, self.blurred, self.noise, self.alphas, self.sheet, washes)
@@ -302,10 +314,12 @@ class ShadowWash(_Running):
     Attributes:
         anchor: of the noise.
         washes: parameters, of which those of the first wash are used.
+        has_border: see `WetLayer`.
     """
 
     anchor: Anchor
     washes: Washes = field(default=Washes())
+    has_border: bool = True
 
     def __call__(self, painted: Frame, camera: Camera, surface: "Surface | None", part: Any = None) -> Frame:
         """The tint of the wash."""
@@ -330,7 +344,7 @@ class ShadowWash(_Running):
         means[..., 0] = densities[..., :3].mean(axis=-1)
         blurred = smooth(means.copy(), RIM * part.diagonal)
         parted = densities, means, np.ones_like(alpha)
-        nothing, border = (np.zeros_like(alpha), None), part.cut(ragged_border(*part.shape, rgb.dtype.name))
+        nothing, border = (np.zeros_like(alpha), None), part.border(has_one=self.has_border)
         return _mixed(parted, blurred, noise, nothing, (part.grain, border, None), self.washes)
 
 
@@ -379,6 +393,12 @@ class _Part:
     def cut(self, plane: Array) -> Array:
         """Cut the part out of a plane of the picture."""
         return np.ascontiguousarray(plane[self.rows, self.columns], self.rgb.dtype)
+
+    def border(self, *, has_one: bool) -> Array:
+        """[h, w] strength of washes, see `ragged_border`; 1 without one."""
+        if not has_one:
+            return np.ones_like(self.alpha)
+        return self.cut(ragged_border(*self.shape, self.rgb.dtype.name))
 
     def noise(self, anchor: Anchor) -> Array:
         """[h, w, 3] see `space_noise`."""

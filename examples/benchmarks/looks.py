@@ -290,7 +290,10 @@ def orbit_row(look: str, scene: str) -> list[str]:
         str(sum(each.spins for each in events)),
         str(num_changed),
         *(f"{value:.2f}" for value in excess.values()),
-        *(f"{excess[way] / excess['flat']:.2f}" for way in ("look", "no canvas", "as stills")),
+        *(
+            f"{excess[way] / excess['flat']:.2f}" if excess["flat"] > 0 else "-"
+            for way in ("look", "no canvas", "as stills")
+        ),
     ]
 
 

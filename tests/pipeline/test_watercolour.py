@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 
 import brushgs as bg
+from brushgs.options.clip import ClipConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.passes.color.squint import lab_of
+from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering.effect import without_effect
 from brushgs.rendering.wet_layer import WetLayer
 from brushgs.still_life import still_life_camera
+from brushgs.values.moving import MovingScene
 from tests.kit.configs import blind
 from tests.scenes import still_life_of
 
@@ -57,15 +60,31 @@ def test_without_its_effect_a_wash_is_soft_paint_to_the_bit(prepared):
     assert keyed.strokes.sh.shape[1] == 1
 
 
-def test_paper_takes_less_hold_of_washes_in_films(prepared):
-    film = prepare(
-        still_life_of(6000),
-        blind("watercolour", 3000, SIZE),
-        Report(),
-        views=PathConfig(orbit=4),
-        asks=PICTURE,
-    )
+@pytest.fixture(scope="module")
+def film():
+    config = blind("watercolour", 3000, SIZE)
+    return prepare(still_life_of(6000), config, Report(), views=PathConfig(orbit=4), asks=PICTURE)
 
+
+def test_where_the_camera_moves_outlines_are_half_lost_and_washes_run_off_the_sheet(prepared, film):
+    for one, losing, has_border in ((prepared, 1, True), (film, 0.5, False)):
+        coats = {coat.name: coat for coat in one.painting.coats}
+        assert coats["wash"].effect.losing == losing
+        assert coats["wash"].effect.has_border is has_border
+        assert bool(coats["touches"].border) is has_border
+
+
+def test_washes_of_a_scene_that_moves_before_a_camera_at_rest_keep_their_border(prepared):
+    config = blind("watercolour", 500, SIZE)
+    scene = still_life_of(1000)
+    clip = Clip(MovingScene(0.5, True, lambda time: scene), ClipConfig(fps=8))
+    painting = prepare(clip, config, Report(), views=CAMERA, asks=PICTURE).painting
+    (layer,) = (coat.effect for coat in painting.coats if coat.name == "wash")
+    assert layer.has_border
+    assert layer.losing == 0.5
+
+
+def test_paper_takes_less_hold_of_washes_in_films(prepared, film):
     def grain(painting):
         wash = painting.coats[[coat.name for coat in painting.coats].index("wash")]
         sheet = replace(painting.surface.seen_in(CAMERA, None), recipe=None)

@@ -11,7 +11,17 @@ from brushgs.pipeline.media.looking import looked_at
 from brushgs.rendering.effect import positions_of
 from brushgs.rendering.space_noise import FINEST, OCTAVES, Anchor, space_noise
 from brushgs.rendering.surface import paper
-from brushgs.rendering.wet_layer import ROUNDS, Key, Washes, WetLayer, _mixed, _parted, ragged_border, smooth
+from brushgs.rendering.wet_layer import (
+    ROUNDS,
+    Key,
+    ShadowWash,
+    Washes,
+    WetLayer,
+    _mixed,
+    _parted,
+    ragged_border,
+    smooth,
+)
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
@@ -191,6 +201,37 @@ def test_the_lightest_part_of_an_outline_is_lost_and_the_dark_keeps_it():
     assert left[60, 136:138].max() < 0.5  # beside the outline, in the light
     assert left[60, 44:48].min() > 0.75  # likewise in the dark
     assert left[60, 48:120].min() > 0.9
+
+
+def test_a_share_of_a_lost_outline_is_lost_where_all_of_it_would_be():
+    """A light disc; density, of which some stays, falls evenly with the share."""
+    y, x = np.mgrid[:120, :240]
+    alpha = (np.hypot(x - 90, y - 60) < 50).astype(np.float64)
+    frame, camera = Frame(alpha[..., None] * (0.6, 0.6, 0.5), alpha, 4 * alpha), camera_of(120, 240)
+    layer, (wet,) = looked_at(WetLayer(KEY, ANCHOR), [(frame, camera)])
+    lost = [replace(layer, losing=share).lost(wet) for share in (0, 0.5, 1)]
+    assert not lost[0].any()
+    assert lost[2].max() > 0.9
+    assert abs(lost[1].max() - 0.5 * lost[2].max()) < 0.05
+    shown = [
+        replace(layer, losing=share)(frame, camera, None).over(np.ones(3)).mean() for share in (0, 0.5, 1)
+    ]
+    assert shown[0] < shown[1] < shown[2]
+
+
+def test_washes_reach_the_edge_of_a_sheet_without_border():
+    alpha, camera = np.ones((60, 80)), camera_of(60, 80)
+    frame = Frame(0.5 * alpha[..., None].repeat(3, axis=2), alpha, 4 * alpha)
+    for is_room in (False, True):
+        whole, bare = (
+            WetLayer(KEY, ANCHOR, is_room, has_border=one)(frame, camera, None).over(np.ones(3))
+            for one in (False, True)
+        )
+        assert bare[0].min() > 0.95
+        assert whole[0].max() < 0.9
+    tints = [ShadowWash(ANCHOR, has_border=one)(frame, camera, None).rgb[0] for one in (True, False)]
+    assert tints[0].min() > 0.95
+    assert tints[1].max() < 0.9
 
 
 def test_thin_parts_lose_the_side_of_the_lamp_alone():

@@ -89,7 +89,7 @@ def _wash_facts(coat: "Coat", origin: F64) -> dict[str, Any] | None:
     if isinstance(effect, WetLayer):
         smoothing = [[one.width, one.edge, one.wet, one.loose] for one in effect.smoothing]
         facts |= {"key": asdict(effect.key), "smoothing": smoothing, "isRoom": effect.is_room}
-        facts["towards"] = effect.towards
+        facts |= {"towards": effect.towards, "losing": effect.losing}
     return facts
 
 

@@ -31,7 +31,9 @@ CANDIDATES = 12  # strokes looked at for a touch
 APART = 0.03  # of the view's width: least distance of touches
 BORDER = 0.08  # of the picture, in which marks thin out where the washes end
 LEAST_FOCUS = 0.45  # of pencil lines
-GRAIN_IN_FILMS = 0.3  # paper is at rest in the picture, so its grain flickers over what moves
+# In films paper is at rest in the picture, so its grain flickers over what moves; and so does what outlines
+# lose, which is where they are in a view: it slides over a form, and along a leaf.
+GRAIN_IN_FILMS, LOST_IN_FILMS = 0.3, 0.5
 
 
 def watercolour(materials: Materials) -> list[Coat]:
@@ -41,6 +43,8 @@ def watercolour(materials: Materials) -> list[Coat]:
     lamp = None if materials.towards is None else tuple(materials.towards.tolist())
     layer = WetLayer(settled.key, settled.anchor, settled.is_room, _washes(media, materials), towards=lamp)
     layer, wets = looked_at(layer, settled.views)
+    has_border = _has_border(materials)
+    layer = replace(layer, losing=LOST_IN_FILMS if materials.is_film else 1.0, has_border=has_border)
     settled = replace(settled, key=layer.key)
     coats = [replace(materials.smudge("wash", strokes), effect=layer)]
     kept = partial(kept_by, layer, wets, [camera for _, camera in settled.views])
@@ -58,7 +62,7 @@ def watercolour(materials: Materials) -> list[Coat]:
         drawn = replace(coat.strokes, opacities=faded).take(rows)
         if len(rows):
             coats.append(replace(coat, strokes=drawn, normals=coat.normals[rows]))
-    return [coats[0], *(replace(coat, border=BORDER) for coat in coats[1:])]
+    return [coats[0], *(replace(coat, border=BORDER if has_border else 0.0) for coat in coats[1:])]
 
 
 def stage(materials: Materials, staging: "Staging") -> Coat:
@@ -68,8 +72,14 @@ def stage(materials: Materials, staging: "Staging") -> Coat:
     media = numbers_of(Watercolour, materials)
     color = np.clip(rgb_of_oklab(np.array([SHADOW_LAB])), 0, 1)[0]
     strokes = staging.finished(in_colors(staging.shadow(WASH), color))
-    wash = ShadowWash(Settled.of(materials, paper=media.paper).anchor, _washes(media, materials))
+    anchor = Settled.of(materials, paper=media.paper).anchor
+    wash = ShadowWash(anchor, _washes(media, materials), _has_border(materials))
     return replace(materials.smudge(BACKDROP, strokes), blend="glaze", effect=wash)
+
+
+def _has_border(materials: Materials) -> bool:
+    """Whether washes end before the edge of the sheet: not while the camera moves, or all passes below it."""
+    return not (materials.is_film and len(materials.cameras) > 1)
 
 
 def _washes(media: Watercolour, materials: Materials) -> Washes:

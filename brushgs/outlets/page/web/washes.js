@@ -9,7 +9,7 @@ const [SHADOW_EDGE, SHADOW_WANDER] = SHARED.SHADOW_RANGE, [SHADOW_SOFTNESS, SHAD
 /**
  * The washes of a coat.
  *
- * @param {object} effect `washes`, its numbers by name, and `anchor`; of a wet layer also `key`, `smoothing`, `isRoom`
+ * @param {object} effect `washes`, its numbers by name, and `anchor`; of a wet layer also `key`, `smoothing`, `isRoom`, `losing`
  * @param {object} picture of `paintSoftly`
  * @param {PageCamera} camera of that picture
  * @returns {[Float32Array, Float32Array]} [height, width, 4] each: densities, and cover by paper; then by how much
@@ -38,7 +38,7 @@ function raggedBorder({ width, height, count, diagonal }) {
   return filled(inside.slice(), (i) => smoothed((inside[i] - 0.025 - 0.007 * flow[i]) / 0.004));
 }
 
-function wetLayer({ key, washes, smoothing, isRoom, towards }, size, colors, alpha, noise, { viewmat }) {
+function wetLayer({ key, washes, smoothing, isRoom, towards, losing }, size, colors, alpha, noise, { viewmat }) {
   const { width, height, count, diagonal } = size, { flow, slow, distances } = noise;
   const keyed = keyColors(key, isRoom ? withoutHoles(colors, key.solid, size) : colors, count);
   const focus = filled(new Float32Array(count), (i) =>
@@ -81,7 +81,7 @@ function wetLayer({ key, washes, smoothing, isRoom, towards }, size, colors, alp
   const [soft, side] = outlines(cover, size, lamp);
   for (let i = 0; i < count; i++) {
     const score = noiseShare * slow[i] - focusShare * focus[i] + sideShare * side[i] - toneShare * tones[i];
-    const kept = 1 - smoothed((score - first) / range) * (1 - smoothed(2 * soft[i] - 1));
+    const kept = 1 - smoothed((score - first) / range) * (1 - smoothed(1 - 2 * losing * (1 - soft[i])));
     strength[i] *= kept * smoothed(WET_SPILL * alpha[i]);
     cover[i] *= SHARED.WET_VEIL + (1 - SHARED.WET_VEIL) * kept;
   }
