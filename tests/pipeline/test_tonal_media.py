@@ -9,14 +9,16 @@ from scipy import ndimage
 
 from brushgs.brushes.soft import pen_brush
 from brushgs.cameras.framing import frame_scene, plain_first_view
+from brushgs.options.clip import ClipConfig
 from brushgs.options.look import Look
 from brushgs.options.where import Where, WhereConfig
 from brushgs.outlets.glb.write import omitted
 from brushgs.passes.add.stage_paint import Brushwork
 from brushgs.passes.add.tonal_view import TonalView
+from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.media.flecks import without_flecks
 from brushgs.pipeline.media.hatching import stage
-from brushgs.pipeline.media.ink import lightness_in_space
+from brushgs.pipeline.media.ink import FILM_SOFTNESS, lightness_in_space
 from brushgs.pipeline.media.materials import Materials
 from brushgs.pipeline.media.staging import Staging
 from brushgs.pipeline.prepare import PICTURE, prepare
@@ -27,6 +29,7 @@ from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.tonal import Tones
 from brushgs.still_life import still_life_camera
 from brushgs.values.camera import Camera
+from brushgs.values.moving import MovingScene
 from brushgs.values.sh import base_colors
 from tests.kit.configs import blind
 from tests.kit.for_each import for_each
@@ -106,6 +109,14 @@ def test_a_still_in_ink_has_fewer_flecks_and_a_film_all_of_its_marks(monkeypatch
     assert [len(coat.strokes) for coat in cleared_drawn] == [len(coat.strokes) for coat in drawn]
     film = replace(materials, sight=replace(materials.sight, is_film=True))
     assert without_flecks(film, behind, drawn) == (behind, drawn)
+
+
+def test_a_scene_that_moves_before_a_camera_at_rest_is_a_film_in_ink():
+    """Its marks are tracked, so no view alone has boxes of them; its blacks are fixed in space."""
+    clip = Clip(MovingScene(0.5, True, lambda time: SCENE), ClipConfig(fps=8))
+    config = blind("ink", 200, (160, 90), strokes={"focus": None})
+    painting = prepare(clip, config, Report(), views=CAMERA.resized(160, 90), asks=PICTURE).painting
+    assert coats(painting)["ground"].effect.softness == FILM_SOFTNESS
 
 
 def test_ink_is_black_and_white_with_a_sixth_of_solid_black(paintings):

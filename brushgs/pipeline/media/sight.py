@@ -31,7 +31,7 @@ class Sight:
         points: [N, 3] of the scene; none if nothing is in focus.
         focus: [N] 0 to 1, how far each is in focus.
         has_planes: whether marks on flat surfaces share a direction: not where the user says how they run.
-        is_film: whether the camera moves.
+        is_film: whether marks have to hold in many frames, or in several views of a sphere.
     """
 
     cameras: tuple[Camera, ...]
@@ -49,6 +49,8 @@ class Sight:
         scene: Gaussians,
         focus: F64 | None,
         direction: Direction,
+        *,
+        is_film: bool = False,
     ) -> "Sight":
         """The sight of a job, see `Materials`."""
         from brushgs.cameras.around import path_views
@@ -57,11 +59,11 @@ class Sight:
         own = path_views(cameras)
         shown = in_pixels(cameras[0], PIXELS), *(own if plain_views is None else plain_views.cameras)
         pictures = tuple(own[:: -(-len(own) // MOST_PICTURES)])
-        has_planes = direction.kind in ("form", "color")
+        has_planes, is_film = direction.kind in ("form", "color"), is_film or len(cameras) > 1
         if focus is None:
-            return cls(shown, pictures, np.zeros((0, 3)), np.zeros(0), has_planes, len(cameras) > 1)
+            return cls(shown, pictures, np.zeros((0, 3)), np.zeros(0), has_planes, is_film)
         shares = np.log(np.maximum(focus, 1)) / max(float(np.log(max(focus.max(), 1))), 1e-9)
-        return cls(shown, pictures, scene.means, np.clip(shares / KEYED, 0, 1), has_planes, len(cameras) > 1)
+        return cls(shown, pictures, scene.means, np.clip(shares / KEYED, 0, 1), has_planes, is_film)
 
     def focus_of(self, strokes: Gaussians) -> F64:
         """[n] 0 to 1, how far each stroke is in focus."""

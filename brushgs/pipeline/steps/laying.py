@@ -144,9 +144,10 @@ def sight(
     pruned: Gaussians,
     focus: F64 | None,
     direction: Direction,
+    along_path: bool,
 ) -> Sight:
     """The data by which media place their marks in the views of the job."""
-    return Sight.of(cameras, plain_views, pruned, focus, direction)
+    return Sight.of(cameras, plain_views, pruned, focus, direction, is_film=along_path)
 
 
 @anew
