@@ -10,6 +10,7 @@ from scipy import ndimage
 from brushgs.brushes.soft import pen_brush
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.options.clip import ClipConfig
+from brushgs.options.direction import Direction
 from brushgs.options.look import Look
 from brushgs.options.where import Where, WhereConfig
 from brushgs.outlets.glb.write import omitted
@@ -17,9 +18,10 @@ from brushgs.passes.add.stage_paint import Brushwork
 from brushgs.passes.add.tonal_view import TonalView
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.media.flecks import without_flecks
-from brushgs.pipeline.media.hatching import stage
 from brushgs.pipeline.media.ink import FILM_SOFTNESS, lightness_in_space
 from brushgs.pipeline.media.materials import Materials
+from brushgs.pipeline.media.media import stage_of as stage
+from brushgs.pipeline.media.sight import Sight
 from brushgs.pipeline.media.staging import Staging
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
@@ -175,15 +177,38 @@ def test_blacks_of_films_are_those_of_most_views_and_of_what_is_near_where_none_
     assert unseen.tolist() == [1, 1], "no view shows any"
 
 
-def test_the_shadow_of_a_stage_is_as_light_as_the_pen_of_its_drawing():
-    scene, painted = crate(), []
+@pytest.fixture(scope="module")
+def staged():
+    """The coat of a stage in each look, and its camera."""
+    scene, pen = crate(), pen_brush()
     camera = frame_scene(plain_first_view(scene), width=960, height=540)
-    staging = Staging(stage_of(scene), Brushwork(), [camera], lambda strokes: strokes, 0)
-    for look in LOOKS:
+    scenery = stage_of(scene)
+    staging = Staging(scenery, Brushwork(), [camera], lambda strokes: strokes, 0)
+    sight = Sight.of((camera,), None, scene, None, Direction())
+
+    def coat(look):
         config = Look.open(look).config
-        pen = pen_brush()
-        materials = Materials(scene, pen, RenderOptions.of(pen), config.media, config.color, None)
-        painted.append(float(Painting.alone([stage(materials, staging)]).frame(camera).alpha.sum()))
-    ink, hatching, stippling = painted
+        options = RenderOptions.of(pen)
+        materials = Materials(scene, pen, options, config.media, config.color, None, sight=sight)
+        return stage(materials, staging)
+
+    return {look: coat(look) for look in LOOKS}, scenery, camera
+
+
+def test_the_shadow_of_a_stage_is_as_light_as_the_pen_of_its_drawing(staged):
+    coats, _, camera = staged
+    ink, hatching, stippling = (
+        float(Painting.alone([coats[look]]).frame(camera).alpha.sum()) for look in LOOKS
+    )
     assert 0.4 * ink < hatching < 0.7 * ink
-    assert 0.6 * hatching < stippling < hatching
+    assert 0.15 * hatching < stippling < 0.5 * hatching, "dots leave more paper than lines"
+
+
+def test_a_stage_of_dots_lies_level_and_is_dense_where_its_shadow_is_dark(staged):
+    coats, scenery, _ = staged
+    dots = coats["stippling"]
+    assert dots.nested.is_round
+    np.testing.assert_allclose(scenery.normals_of(dots.strokes) @ scenery.place.axes[1], 1, atol=1e-5)
+    shade = scenery.shadow.at(scenery.place.local(dots.strokes.means))[:, 0]
+    dark, light = (np.median(dots.nested.spacings[rows]) for rows in (shade > 0.6, shade < 0.3))
+    assert dark < 0.6 * light

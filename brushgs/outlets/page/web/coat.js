@@ -227,7 +227,8 @@ class CoatPainter {
       if (fields) texels.set(fields.subarray(4 * i, 4 * i + 4), at + 4 * this._fieldAt);
       if (gaps) {
         texels.set(gaps.subarray(3 * i, 3 * i + 3), at + stride - 8);
-        texels.set(marks.subarray(2 * i, 2 * i + 2), at + stride - 5);
+        texels[at + stride - 5] = marks[2 * i];
+        texels[at + stride - 1] = marks[2 * i + 1]; // beside the normal, if there is one
       }
     }
     this._texels = texels;

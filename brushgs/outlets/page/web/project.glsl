@@ -272,7 +272,7 @@ Box boxOf(int id, Stroke stroke) {
   box.opacity *= placedTexel(id, 1).x;
 #elif defined(NESTED)
   vec4 gap = strokeTexel(id, STRIDE - 2);
-  float unit = sqrt(uSize.x * uSize.y / NESTED_PIXELS), width = 0.5 * unit * strokeTexel(id, STRIDE - 1).x;
+  float unit = sqrt(uSize.x * uSize.y / NESTED_PIXELS), width = 0.5 * unit * strokeTexel(id, STRIDE - 1).w;
   vec3 g = uRotation * gap.xyz;
 #ifdef DOTS
   float far = length(g), cosine = abs(dot(g / max(far, 1e-30), normalize(t)));
