@@ -37,6 +37,7 @@ SCRIPTS = (
     "blacks.js",
     "space_noise.js",
     "washes.js",
+    "wet.js",
     "rub.js",
     "canvas_plan.js",
     "canvas.js",

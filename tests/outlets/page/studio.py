@@ -71,7 +71,7 @@ Program = class {
 const UNIFORMS = {
   [gl.FLOAT]: ["1fv", 1], [gl.FLOAT_VEC2]: ["2fv", 2], [gl.FLOAT_VEC3]: ["3fv", 3],
   [gl.FLOAT_VEC4]: ["4fv", 4], [gl.FLOAT_MAT3]: ["Matrix3fv", 9],
-  [gl.UNSIGNED_INT]: ["1uiv", 1], [gl.INT_VEC2]: ["2iv", 2],
+  [gl.UNSIGNED_INT]: ["1uiv", 1], [gl.UNSIGNED_INT_VEC3]: ["3uiv", 3], [gl.INT_VEC2]: ["2iv", 2],
 };
 const clear = ({ handle }) => {
   gl.useProgram(handle);

@@ -25,12 +25,37 @@ class EffectCanvas extends Canvas {
   jobOf(i, camera, boxesOf, count) {
     const kind = this._kindOf(i);
     if (kind === null) return null;
-    const { width, height, fx, fy, cx, cy } = camera;
-    const step = kind === "blacks" ? 1 : Math.max(1, Math.sqrt((width * height) / MOST_MADE));
-    const lens = { fx: fx / step, fy: fy / step, cx: cx / step, cy: cy / step };
-    const made = { ...camera, ...lens, width: Math.ceil(width / step), height: Math.ceil(height / step) };
+    const step = kind === "blacks" ? 1 : Math.max(1, Math.sqrt((camera.width * camera.height) / MOST_MADE));
+    const made = smallerCamera(camera, step);
     const facts = this._header.coats[i][kind], middle = camera.viewmat[11];
-    return { kind, facts, boxes: boxesOf(new PageCamera(made)), count, camera: made, step, middle };
+    return { kind, facts, boxes: boxesOf(made), count, camera: { ...made }, step, middle };
+  }
+
+  /** Whether the washes of a coat can be made by the graphics processor, while the picture moves. */
+  hasQuickWashes(i) {
+    return this._kindOf(i) === "washes";
+  }
+
+  /**
+   * Lay the washes of a coat, made by the graphics processor.
+   *
+   * @param {CoatPainter} source the strokes that they are made of; for the others see `WetPicture`
+   */
+  layQuickWashes(i, source, camera, head, drawing) {
+    this._wet ??= new WetPicture(this.gl, this._programs);
+    const small = smallerCamera(camera, WET_STEP);
+    const made = this._wet.make(this._header.coats[i].washes, source, small, head, drawing);
+    this._bindCoatTarget(i);
+    this._layWashes(i, { ...made, step: WET_STEP });
+  }
+
+  get numBytes() {
+    return super.numBytes + (this._wet?.numBytes ?? 0);
+  }
+
+  dispose() {
+    super.dispose();
+    this._wet?.dispose();
   }
 
   /** Lay what `makeEffect` made of a coat in the target of the coat, which is bound. */
@@ -78,18 +103,18 @@ class EffectCanvas extends Canvas {
     });
   }
 
-  /** Lay layers [height, width, 4] of fewer pixels than the picture. */
-  _layLayers(i, fragment, { width, height, step, layers }, setUniforms) {
+  /** Lay layers [height, width, 4] of fewer pixels than the picture, or textures of them. */
+  _layLayers(i, fragment, { width, height, step, layers = null, textures = null }, setUniforms) {
     const { gl, _picture: picture } = this, { isGlaze, hasDetail } = this._plans[i];
     const { handle, at } = this._program(fragment, { GLAZE: isGlaze, DEPTH: hasDetail });
-    const textures = layers.map((numbers) => {
+    const used = textures ?? layers.map((numbers) => {
       const texture = newTexture(gl, gl.LINEAR);
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA16F, width, height, 0, gl.RGBA, gl.FLOAT, numbers);
       return texture;
     });
     gl.useProgram(handle);
     this._bindTexture(2, this._pattern?.texture);
-    textures.forEach((texture, k) => this._bindTexture(k, texture));
+    used.forEach((texture, k) => this._bindTexture(k, texture));
     gl.activeTexture(gl.TEXTURE0);
     gl.uniform2f(at.uShare, 1 / (step * width), 1 / (step * height));
     gl.uniform1f(at.uLift, step * height - picture.height);
@@ -97,6 +122,13 @@ class EffectCanvas extends Canvas {
     setUniforms(at);
     gl.disable(gl.BLEND);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
-    for (const texture of textures) gl.deleteTexture(texture);
+    if (layers) for (const texture of used) gl.deleteTexture(texture);
   }
+}
+
+/** The same view with one pixel for so many along a side; its lower and right pixels may lie beyond the picture. */
+function smallerCamera(camera, step) {
+  const { width, height, fx, fy, cx, cy } = camera;
+  const lens = { fx: fx / step, fy: fy / step, cx: cx / step, cy: cy / step };
+  return new PageCamera({ ...camera, ...lens, width: Math.ceil(width / step), height: Math.ceil(height / step) });
 }

@@ -72,6 +72,8 @@ class Painter {
       const isLayered = underpaintStep && !highlight && coat.hasUnderpaint && coat.header.blend !== "glaze";
       if (canvas.isMade(i)) {
         canvas.layEffect(i, made?.[i] ?? makeEffect(this._jobOf(i, canvas, camera, { head, share, brush })));
+      } else if (!isBare && canvas.hasQuickWashes(i)) {
+        canvas.layQuickWashes(i, this._sourceOf(i), camera, head, drawing);
       } else if (isLayered) {
         this._drawLayers(i, canvas, camera, head, underpaintStep, coat.header.isBackdrop ? 1 : numSlabs);
       } else coat.draw(camera, head, drawing);
@@ -111,7 +113,7 @@ class Painter {
   _sourceOf(i) {
     const coat = this._coats[i], { header } = coat;
     if (!header.washes) return coat;
-    const own = { ...header, shDegree: header.washes.shDegree, arrays: { ...header.arrays, sh: header.arrays.washSh } };
+    const own = { ...header, blend: "cover", shDegree: header.washes.shDegree, arrays: { ...header.arrays, sh: header.arrays.washSh } };
     return (this._sources[i] ??= this._newCoat(own));
   }
 

@@ -1,0 +1,148 @@
+// Washes of watercolour in a picture that moves: those of washes.js, made by the graphics processor in few pixels.
+//
+// Of the three smoothings the second stands for the first as well, in one round, and the third is left out: of a
+// picture of render, in as many pixels, that costs 1 to 3 dB, all smoothings 4 to 7.
+
+const WET_STEP = 2; // pixels of the picture along one of the layers
+const LOW_STEP = 2; // pixels of the layers along one of those that only wide blurs are read from
+const BLUR_REACH = 2.5, RUN_REACH = 2.77; // deviations; beyond them weights are below 0.02
+const LOST_WIDTHS = SHARED.WET_WIDTHS[0].map((share) => share * SHARED.WET_LOSS); // over the diagonal
+const WET_UNITS = {
+  "wet_key.frag": ["uSoft", "uSoftDetail", "uAround"],
+  "wet_hold.frag": ["uKeyed", "uNoise"],
+  "wet_run.frag": ["uRun", "uHold"],
+  "wet_means.frag": ["uKeyed", "uNoise", "uWide", "uSoft"],
+  "wet_blur.frag": ["uBlurred"],
+  "wet_mix.frag": ["uKeyed", "uNoise", "uWide", "uRims", "uOutlines", "uCores", "uBorder"],
+};
+const WET_TARGETS = ["soft", "softDetail", "keyed", "noise", "row", "column", "wide", "border", "paint", "more"];
+const LOW_TARGETS = ["low", "across", "around", "rims", "outlines", "cores"];
+
+/** Makes the washes of coats, one after the other. `numBytes` are those of its textures. */
+class WetPicture {
+  constructor(gl, programs) {
+    Object.assign(this, { gl, numBytes: 0, _programs: programs, _textures: {}, _framebuffers: {}, _size: [0, 0] });
+  }
+
+  /**
+   * @param {object} facts of `makeWashes`
+   * @param {CoatPainter} source the strokes that washes are made of
+   * @param {PageCamera} camera of the layers
+   * @param {PageCamera} head see `Painter.paint`
+   * @param {object} drawing options of `CoatPainter.draw`
+   * @returns {object} as `makeEffect`, but `textures`, to be used before the next call, in place of layers
+   */
+  make(facts, source, camera, head, drawing) {
+    const { gl } = this, { width, height } = camera;
+    this._resize(width, height);
+    gl.disable(gl.BLEND);
+    this._bind(["soft", "softDetail"]);
+    for (const k of [0, 1]) gl.clearBufferfv(gl.COLOR, k, ZEROS);
+    source.draw(camera, head, { ...drawing, x: 0, y: 0, detail: true, part: null, below: null, belowDetail: null });
+    const kinds = [...(facts.key ? [] : ["SHADOW"]), ...(facts.isRoom ? ["HOLES"] : [])];
+    const numbers = this._numbers(facts, camera);
+    if (facts.isRoom) {
+      this._pass("wet_means.frag", ["HOLES"], ["low"], [null, null, null, "soft"], numbers);
+      this._blur("low", "around", [], Array(4).fill(SHARED.WET_HOLE));
+    }
+    this._pass("wet_key.frag", kinds, ["keyed", "noise"], ["soft", "softDetail", "around"], numbers);
+    if (facts.key) this._run(facts.smoothing[1]);
+    const inputs = ["keyed", "noise", facts.key ? "wide" : "keyed"];
+    this._pass("wet_means.frag", kinds.filter((kind) => kind !== "HOLES"), ["low"], inputs, numbers);
+    this._blur("low", "rims", [], Array(4).fill(SHARED.WET_RIM));
+    if (facts.key && !facts.isRoom) {
+      const widths = [...LOST_WIDTHS, LOST_WIDTHS[2]];
+      this._blur("low", "outlines", ["COVER"], widths);
+      this._blur("outlines", "cores", ["CORES"], widths);
+    }
+    this._pass("wet_mix.frag", kinds, ["paint", "more"], [...inputs, "rims", "outlines", "cores", "border"], numbers);
+    return { width, height, textures: [this._textures.paint, this._textures.more] };
+  }
+
+  /** Smooth keyed colors as far as a wash lets them run. */
+  _run({ 0: width, 1: edge, 2: wet, 3: loose }) {
+    const uSigma = width * this._diagonal, uFar = Math.ceil(RUN_REACH * uSigma);
+    this._pass("wet_hold.frag", [], ["row", "column"], ["keyed", "noise"], { uSigma, uWash: [edge, wet, loose] });
+    this._pass("wet_run.frag", [], ["paint"], ["row", "column"], { uAlong: [1, 0], uFar });
+    this._pass("wet_run.frag", [], ["wide"], ["paint", "column"], { uAlong: [0, 1], uFar });
+  }
+
+  /** Blur the four planes of a small layer by deviations in diagonals; `kinds` decide what they are made of. */
+  _blur(from, to, kinds, widths) {
+    const sigmas = widths.map((width) => (width * this._diagonal) / LOW_STEP);
+    const numbers = { uRates: sigmas.map((sigma) => 0.5 / sigma ** 2), uFar: Math.ceil(BLUR_REACH * Math.max(...sigmas)) };
+    this._pass("wet_blur.frag", kinds, ["across"], [from], { ...numbers, uAlong: [1, 0] });
+    this._pass("wet_blur.frag", [], [to], ["across"], { ...numbers, uAlong: [0, 1] });
+  }
+
+  /** The uniforms of all passes that map colors. */
+  _numbers({ key, washes, anchor, isRoom, towards }, camera) {
+    const [width, height] = this._size, [lowWidth, lowHeight] = this._lowSize, { fx, fy, cx, cy, viewmat: m } = camera;
+    const { center, scale, focus, reach, seed } = anchor, placed = (point) => point.map((x, k) => (x - center[k]) / scale);
+    const lost = washes.lost, lamp = towards ? [0, 4].map((row) => dot3(m.subarray(row), towards)) : SHARED.WET_FROM_ABOVE;
+    const { low = 0, high = 1, darkest = 0, gamma = 1, chroma = 1, solid = 1 } = key ?? {};
+    return {
+      uSize: [width, height], uLens: [fx, fy, cx, cy], uLow: [1 / (LOW_STEP * lowWidth), 1 / (LOW_STEP * lowHeight)],
+      uRays: [0, 1, 2, 4, 5, 6, 8, 9, 10].map((at) => m[at] / scale), uEye: placed([...camera.eye()]),
+      uFocus: placed(focus), uReach: reach / scale, uMiddle: m[11], uSeed: seed,
+      uCell: (NOISE_FINEST * this._diagonal) / (Math.sqrt(fx * fy) * scale),
+      uKey: [low, high, darkest, gamma], uKeyMore: [chroma, solid], uSolid: solid, uLuminance: LUMA,
+      uShares: washes.shares, uSteps: washes.steps, uHardness: washes.hardness, uMasses: washes.masses,
+      uWander: washes.wander, uAtFocus: washes.at_focus, uRimShares: washes.rims, uFlows: washes.flows,
+      uDips: washes.dips, uCrests: washes.crests, uLight: washes.light, uLightFlow: washes.light_noise[1],
+      uLost: lost, uLamp: lamp, uWidths: LOST_WIDTHS.map((one) => (one * this._diagonal) / LOW_STEP),
+    };
+  }
+
+  _pass(fragment, kinds, targets, textures, numbers) {
+    const { gl } = this, { handle, at } = this._programs.get("screen.vert", fragment, kinds, WET_UNITS[fragment]);
+    this._bind(targets);
+    gl.useProgram(handle);
+    textures.forEach((name, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, name && this._textures[name]);
+    });
+    gl.activeTexture(gl.TEXTURE0);
+    for (const [name, value] of Object.entries(numbers)) {
+      if (!at[name]) continue;
+      if (name === "uSeed") gl.uniform1ui(at[name], value);
+      else if (name === "uRays") gl.uniformMatrix3fv(at[name], false, value);
+      else gl[`uniform${name === "uLost" ? 1 : value.length ?? 1}fv`](at[name], [value].flat());
+    }
+    gl.uniform3uiv(at.uPrimes ?? null, PRIMES);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  _bind(targets) {
+    const { gl, _textures: textures, _framebuffers: framebuffers } = this, key = targets.join();
+    framebuffers[key] ??= newFramebuffer(gl, targets.map((name) => textures[name]));
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffers[key]);
+    gl.viewport(0, 0, ...(LOW_TARGETS.includes(targets[0]) ? this._lowSize : this._size));
+  }
+
+  _resize(width, height) {
+    if (this._size[0] === width && this._size[1] === height) return;
+    this.dispose();
+    const { gl } = this;
+    this._size = [width, height];
+    this._lowSize = this._size.map((side) => Math.ceil(side / LOW_STEP));
+    this._diagonal = Math.hypot(width, height);
+    for (const [names, [across, down]] of [[WET_TARGETS, this._size], [LOW_TARGETS, this._lowSize]]) {
+      for (const name of names) {
+        this._textures[name] = newTexture(gl, gl.LINEAR);
+        gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA16F, across, down);
+        this.numBytes += 8 * across * down;
+      }
+    }
+    const lens = [this._diagonal, this._diagonal, width / 2, height / 2];
+    const border = { uSize: this._size, uLens: lens, uSeed: 0, uCell: NOISE_FINEST };
+    this._pass("wet_key.frag", ["BORDER"], ["border"], [], border);
+  }
+
+  dispose() {
+    const { gl } = this;
+    for (const texture of Object.values(this._textures)) gl.deleteTexture(texture);
+    for (const framebuffer of Object.values(this._framebuffers)) gl.deleteFramebuffer(framebuffer);
+    Object.assign(this, { _textures: {}, _framebuffers: {}, _size: [0, 0], numBytes: 0 });
+  }
+}
