@@ -4,19 +4,24 @@
 // picture of render, in as many pixels, that costs 1 to 3 dB, all smoothings 4 to 7.
 
 const WET_STEP = 2; // pixels of the picture along one of the layers
-const LOW_STEP = 2; // pixels of the layers along one of those that only wide blurs are read from
-const BLUR_REACH = 2.5, RUN_REACH = 2.77; // deviations; beyond them weights are below 0.02
+const BLUR_REACH = 3, RUN_REACH = 2.77; // deviations; beyond them weights are below 0.02
+const WIDEST = Math.sqrt(3 * 4 ** (WET_ROUNDS - 1) / (4 ** WET_ROUNDS - 1)); // deviation of a first round, of all
 const LOST_WIDTHS = SHARED.WET_WIDTHS[0].map((share) => share * SHARED.WET_LOSS); // over the diagonal
 const WET_UNITS = {
-  "wet_key.frag": ["uSoft", "uSoftDetail", "uAround"],
-  "wet_hold.frag": ["uKeyed", "uNoise"],
+  "wet_space.frag": ["uSoft", "uSoftDetail"],
+  "wet_key.frag": ["uSoft", "uSpace", "uAround"],
+  "wet_hold.frag": ["uKeyed", "uSpace"],
   "wet_run.frag": ["uRun", "uHold"],
-  "wet_means.frag": ["uKeyed", "uNoise", "uWide", "uSoft"],
+  "wet_means.frag": ["uKeyed", "uSpace", "uWide", "uSoft"],
   "wet_blur.frag": ["uBlurred"],
-  "wet_mix.frag": ["uKeyed", "uNoise", "uWide", "uRims", "uOutlines", "uCores", "uBorder"],
+  "wet_mix.frag": ["uKeyed", "uSpace", "uWide", "uRims", "uOutlines", "uCores", "uBorder", "uSoftDetail"],
 };
-const WET_TARGETS = ["soft", "softDetail", "keyed", "noise", "row", "column", "wide", "border", "paint", "more"];
-const LOW_TARGETS = ["low", "across", "around", "rims", "outlines", "cores"];
+// Layers by size: that of the washes, half of its pixels along a side, and half of those.
+const WET_LAYERS = [
+  ["soft", "softDetail", "keyed", "row", "column", "wide", "border", "paint", "more"],
+  ["space", "means", "meansAcross", "rims"],
+  ["across", "around", "outlines", "cores"],
+];
 
 /** Makes the washes of coats, one after the other. `numBytes` are those of its textures. */
 class WetPicture {
@@ -42,47 +47,64 @@ class WetPicture {
     const kinds = [...(facts.key ? [] : ["SHADOW"]), ...(facts.isRoom ? ["HOLES"] : [])];
     const numbers = this._numbers(facts, camera);
     if (facts.isRoom) {
-      this._pass("wet_means.frag", ["HOLES"], ["low"], [null, null, null, "soft"], numbers);
-      this._blur("low", "around", [], Array(4).fill(SHARED.WET_HOLE));
+      this._pass("wet_means.frag", ["HOLES"], ["means"], [null, null, null, "soft"], numbers);
+      this._blur("means", "across", "around", [], Array(4).fill(SHARED.WET_HOLE));
     }
-    this._pass("wet_key.frag", kinds, ["keyed", "noise"], ["soft", "softDetail", "around"], numbers);
+    this._pass("wet_space.frag", [], ["space"], ["soft", "softDetail"], { ...numbers, uPlace: this._placeOf("soft", "space") });
+    this._pass("wet_key.frag", kinds, ["keyed"], ["soft", "space", "around"], numbers);
     if (facts.key) this._run(facts.smoothing[1]);
-    const inputs = ["keyed", "noise", facts.key ? "wide" : "keyed"];
-    this._pass("wet_means.frag", kinds.filter((kind) => kind !== "HOLES"), ["low"], inputs, numbers);
-    this._blur("low", "rims", [], Array(4).fill(SHARED.WET_RIM));
+    const inputs = ["keyed", "space", facts.key ? "wide" : "keyed"];
+    this._pass("wet_means.frag", kinds.filter((kind) => kind !== "HOLES"), ["means"], inputs, numbers);
+    this._blur("means", "meansAcross", "rims", [], Array(4).fill(SHARED.WET_RIM));
     if (facts.key && !facts.isRoom) {
       const widths = [...LOST_WIDTHS, LOST_WIDTHS[2]];
-      this._blur("low", "outlines", ["COVER"], widths);
-      this._blur("outlines", "cores", ["CORES"], widths);
+      this._blur("means", "across", "outlines", ["COVER"], widths);
+      this._blur("outlines", "across", "cores", ["CORES"], widths);
     }
-    this._pass("wet_mix.frag", kinds, ["paint", "more"], [...inputs, "rims", "outlines", "cores", "border"], numbers);
+    this._pass("wet_mix.frag", kinds, ["paint", "more"], [...inputs, "rims", "outlines", "cores", "border", "softDetail"], numbers);
     return { width, height, textures: [this._textures.paint, this._textures.more] };
   }
 
   /** Smooth keyed colors as far as a wash lets them run. */
   _run({ 0: width, 1: edge, 2: wet, 3: loose }) {
     const uSigma = width * this._diagonal, uFar = Math.ceil(RUN_REACH * uSigma);
-    this._pass("wet_hold.frag", [], ["row", "column"], ["keyed", "noise"], { uSigma, uWash: [edge, wet, loose] });
+    this._pass("wet_hold.frag", [], ["row", "column"], ["keyed", "space"], { uLow: this._placeOf("space", "keyed"), uSigma, uWash: [edge, wet, loose] });
     this._pass("wet_run.frag", [], ["paint"], ["row", "column"], { uAlong: [1, 0], uFar });
     this._pass("wet_run.frag", [], ["wide"], ["paint", "column"], { uAlong: [0, 1], uFar });
   }
 
-  /** Blur the four planes of a small layer by deviations in diagonals; `kinds` decide what they are made of. */
-  _blur(from, to, kinds, widths) {
-    const sigmas = widths.map((width) => (width * this._diagonal) / LOW_STEP);
-    const numbers = { uRates: sigmas.map((sigma) => 0.5 / sigma ** 2), uFar: Math.ceil(BLUR_REACH * Math.max(...sigmas)) };
-    this._pass("wet_blur.frag", kinds, ["across"], [from], { ...numbers, uAlong: [1, 0] });
-    this._pass("wet_blur.frag", [], [to], ["across"], { ...numbers, uAlong: [0, 1] });
+  /** Blur four planes by deviations in diagonals, by way of a layer across; `kinds` decide what they are made of. */
+  _blur(from, across, to, kinds, widths) {
+    const sigmas = widths.map((width) => (width * this._diagonal) / this._stepOf(to));
+    const numbers = { uRates: sigmas.map((sigma) => Math.SQRT2 / (WIDEST * sigma)), uFar: Math.ceil(BLUR_REACH * Math.max(...sigmas)) };
+    const along = (uAlong, one, other) => ({ ...numbers, uAlong, uPlace: this._placeOf(one, other) });
+    this._pass("wet_blur.frag", kinds, [across], [from], along([1, 0], from, across));
+    this._pass("wet_blur.frag", [], [to], [across], along([0, 1], across, to));
+  }
+
+  /** Pixels of the washes along one of a layer. */
+  _stepOf(name) {
+    return 2 ** WET_LAYERS.findIndex((names) => names.includes(name));
+  }
+
+  _sizeOf(name) {
+    return this._size.map((side) => Math.ceil(side / this._stepOf(name)));
+  }
+
+  /** How much of a layer, of 1, a pixel of another one spans along each side. */
+  _placeOf(layer, other) {
+    return this._sizeOf(layer).map((side) => this._stepOf(other) / this._stepOf(layer) / side);
   }
 
   /** The uniforms of all passes that map colors. */
   _numbers({ key, washes, anchor, isRoom, towards }, camera) {
-    const [width, height] = this._size, [lowWidth, lowHeight] = this._lowSize, { fx, fy, cx, cy, viewmat: m } = camera;
+    const { fx, fy, cx, cy, viewmat: m } = camera;
     const { center, scale, focus, reach, seed } = anchor, placed = (point) => point.map((x, k) => (x - center[k]) / scale);
     const lost = washes.lost, lamp = towards ? [0, 4].map((row) => dot3(m.subarray(row), towards)) : SHARED.WET_FROM_ABOVE;
     const { low = 0, high = 1, darkest = 0, gamma = 1, chroma = 1, solid = 1 } = key ?? {};
     return {
-      uSize: [width, height], uLens: [fx, fy, cx, cy], uLow: [1 / (LOW_STEP * lowWidth), 1 / (LOW_STEP * lowHeight)],
+      uSize: this._size, uLens: [fx, fy, cx, cy],
+      uLow: this._placeOf("space", "soft"), uTiny: this._placeOf("cores", "soft"),
       uRays: [0, 1, 2, 4, 5, 6, 8, 9, 10].map((at) => m[at] / scale), uEye: placed([...camera.eye()]),
       uFocus: placed(focus), uReach: reach / scale, uMiddle: m[11], uSeed: seed,
       uCell: (NOISE_FINEST * this._diagonal) / (Math.sqrt(fx * fy) * scale),
@@ -90,7 +112,7 @@ class WetPicture {
       uShares: washes.shares, uSteps: washes.steps, uHardness: washes.hardness, uMasses: washes.masses,
       uWander: washes.wander, uAtFocus: washes.at_focus, uRimShares: washes.rims, uFlows: washes.flows,
       uDips: washes.dips, uCrests: washes.crests, uLight: washes.light, uLightFlow: washes.light_noise[1],
-      uLost: lost, uLamp: lamp, uWidths: LOST_WIDTHS.map((one) => (one * this._diagonal) / LOW_STEP),
+      uLost: lost, uLamp: lamp, uWidths: LOST_WIDTHS.map((one) => (one * this._diagonal) / this._stepOf("cores")),
     };
   }
 
@@ -117,7 +139,7 @@ class WetPicture {
     const { gl, _textures: textures, _framebuffers: framebuffers } = this, key = targets.join();
     framebuffers[key] ??= newFramebuffer(gl, targets.map((name) => textures[name]));
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffers[key]);
-    gl.viewport(0, 0, ...(LOW_TARGETS.includes(targets[0]) ? this._lowSize : this._size));
+    gl.viewport(0, 0, ...this._sizeOf(targets[0]));
   }
 
   _resize(width, height) {
@@ -125,18 +147,16 @@ class WetPicture {
     this.dispose();
     const { gl } = this;
     this._size = [width, height];
-    this._lowSize = this._size.map((side) => Math.ceil(side / LOW_STEP));
     this._diagonal = Math.hypot(width, height);
-    for (const [names, [across, down]] of [[WET_TARGETS, this._size], [LOW_TARGETS, this._lowSize]]) {
-      for (const name of names) {
-        this._textures[name] = newTexture(gl, gl.LINEAR);
-        gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA16F, across, down);
-        this.numBytes += 8 * across * down;
-      }
+    for (const name of WET_LAYERS.flat()) {
+      const [across, down] = this._sizeOf(name), [format, bytes] = name === "softDetail" ? [gl.RG16F, 4] : [gl.RGBA16F, 8];
+      this._textures[name] = newTexture(gl, gl.LINEAR);
+      gl.texStorage2D(gl.TEXTURE_2D, 1, format, across, down);
+      this.numBytes += bytes * across * down;
     }
     const lens = [this._diagonal, this._diagonal, width / 2, height / 2];
     const border = { uSize: this._size, uLens: lens, uSeed: 0, uCell: NOISE_FINEST };
-    this._pass("wet_key.frag", ["BORDER"], ["border"], [], border);
+    this._pass("wet_space.frag", ["BORDER"], ["border"], [], border);
   }
 
   dispose() {

@@ -1,5 +1,6 @@
 #version 300 es
-// Four planes, each blurred by a Gaussian of its own along a row or a column.
+// Four planes, each blurred as far as a number says along a row or a column: in one step what the rounds of
+// `smoothPlanes` of washes.js do, whose exponentials, each half as wide as the one before, add up to this kernel.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -8,18 +9,18 @@ precision highp sampler2D;
 #include "smooth.glsl"
 
 uniform sampler2D uBlurred;
+uniform vec2 uPlace;  // of what is blurred, in a pixel here
 uniform vec2 uAlong;
-uniform vec4 uRates;  // 1 / twice the variances
+uniform vec4 uRates;  // of the widest exponential, by pixel
 uniform float uFar;  // pixels
 
 layout(location = 0) out vec4 oBlurred;
 
 void main() {
-  ivec2 last = textureSize(uBlurred, 0) - 1;
   vec4 sum = vec4(0), weights = vec4(0);
   for (float k = -uFar; k <= uFar; k++) {
-    vec4 value = texelFetch(uBlurred, clamp(ivec2(gl_FragCoord.xy + k * uAlong), ivec2(0), last), 0);
-    vec4 weight = exp(-k * k * uRates);
+    vec4 value = textureLod(uBlurred, (gl_FragCoord.xy + k * uAlong) * uPlace, 0.0);
+    vec4 e = exp(-abs(k) * uRates), weight = e * (64.0 - e * (40.0 - 4.0 * e * e)) / 45.0;
 #ifdef COVER
     value = value.aaaa;
 #elif defined(CORES)

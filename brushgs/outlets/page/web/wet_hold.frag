@@ -5,7 +5,8 @@ precision highp int;
 precision highp sampler2D;
 
 uniform sampler2D uKeyed;
-uniform sampler2D uNoise;
+uniform sampler2D uSpace;  // its .yz: slow noise, focus
+uniform vec2 uLow;  // of the small layer, in a pixel
 uniform float uSigma;  // pixels
 uniform vec3 uWash;  // edge, wet, loose
 
@@ -14,9 +15,10 @@ layout(location = 1) out vec4 oHold;  // weight along a column
 
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  vec3 color = texelFetch(uKeyed, pixel, 0).rgb, noise = texelFetch(uNoise, pixel, 0).xyz;
-  float wetness = clamp(0.5 * noise.y + 0.45, 0.0, 1.0) * (1.0 - 0.85 * noise.z);
-  float hold = (1.0 - 0.92 * min(uWash.y * wetness, 1.0)) / ((1.0 + uWash.z * (1.0 - noise.z)) * uWash.x / uSigma);
+  vec3 color = texelFetch(uKeyed, pixel, 0).rgb;
+  vec2 noise = textureLod(uSpace, gl_FragCoord.xy * uLow, 0.0).yz;
+  float wetness = clamp(0.5 * noise.x + 0.45, 0.0, 1.0) * (1.0 - 0.85 * noise.y);
+  float hold = (1.0 - 0.92 * min(uWash.y * wetness, 1.0)) / ((1.0 + uWash.z * (1.0 - noise.y)) * uWash.x / uSigma);
   vec2 weights = vec2(0);
   for (int k = 0; k < 2; k++) {
     if (pixel[k] == 0) continue;

@@ -9,14 +9,17 @@ precision highp sampler2D;
 #include "wet_wash.glsl"
 
 uniform sampler2D uKeyed;
-uniform sampler2D uNoise;
+uniform sampler2D uSpace;  // flow, slow, focus
+uniform sampler2D uSoftDetail;  // its .g: depth from the middle times alpha
 uniform sampler2D uWide;
 uniform sampler2D uRims;  // blurred means
 uniform sampler2D uOutlines;  // cover, blurred by three widths
 uniform sampler2D uCores;
 uniform sampler2D uBorder;
 uniform vec2 uLow;  // of the small layers, in a pixel
-uniform vec3 uWidths;  // in a small layer, pixels
+uniform vec2 uTiny;  // of the smaller ones
+uniform vec3 uWidths;  // in those, pixels
+uniform float uMiddle;
 uniform vec2 uLamp;  // right, down
 uniform vec3 uRimShares;
 uniform vec2 uFlows;
@@ -49,7 +52,7 @@ vec2 lostAt(vec2 place, vec2 texel) {
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec2 place = gl_FragCoord.xy * uLow;
-  vec4 keyed = texelFetch(uKeyed, pixel, 0), noise = texelFetch(uNoise, pixel, 0);
+  vec4 keyed = texelFetch(uKeyed, pixel, 0), noise = textureLod(uSpace, place, 0.0);
   float tone;
   mat3 densities = washesAt(keyed.rgb, texelFetch(uWide, pixel, 0).rgb, noise.xz, tone);
   vec3 means = vec3(1.0 / 3.0) * densities, blurred = textureLod(uRims, place, 0.0).rgb;
@@ -61,7 +64,7 @@ void main() {
 #ifndef SHADOW
   cover = smoothed((keyed.a - WET_PAPER.x) / WET_PAPER.y);
 #ifndef HOLES
-  vec2 lost = lostAt(place, 2.0 * uLow);
+  vec2 lost = lostAt(gl_FragCoord.xy * uTiny, 4.0 * uTiny);
   float score = uLost[2] * noise.y - uLost[3] * noise.z + uLost[4] * lost.y - uLost[5] * tone;
   float kept = 1.0 - smoothed((score - uLost[0]) / uLost[1]) * (1.0 - smoothed(1.0 - 2.0 * lost.x));
   strength *= kept * smoothed(WET_SPILL * keyed.a);
@@ -70,5 +73,5 @@ void main() {
 #endif
   float grain = clamp(1.3 * (means.x + means.y), 0.12, 1.0) * (1.0 - uAtFocus * noise.z);
   oPaint = vec4(densities * factors, cover);
-  oMore = vec4((uLight.x + uLightFlow * noise.x - tone) / uLight.y, grain, strength, noise.w);
+  oMore = vec4((uLight.x + uLightFlow * noise.x - tone) / uLight.y, grain, strength, uMiddle + texelFetch(uSoftDetail, pixel, 0).g / max(keyed.a, 1e-6));
 }
