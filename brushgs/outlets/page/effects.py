@@ -1,6 +1,7 @@
 """Effects of coats in a page: what it makes of each, and what it needs for that.
 
-Scripts make them at rest: `web/blacks.js`, `web/washes.js`, `web/rub.js`. A picture that moves has stand-ins.
+Scripts make them at rest: `web/blacks.js`, `web/washes.js`, `web/rub.js`. A picture that moves has stand-ins:
+`web/wet.js` for washes.
 """
 
 from collections.abc import Iterator
@@ -57,7 +58,12 @@ def omitted_of(coat: "Coat", *, moves: bool) -> Iterator[str]:
         return
     if _blacks(coat):
         yield f"{effect.traits} have rougher outlines while the page moves, and small ones stay"
-    elif (has_washes(coat) or _rub(coat)) and not moves:
+    elif has_washes(coat) and not moves:
+        yield (
+            f"{effect.traits} have a quarter of the pixels while the page moves; in a headset strokes lie one "
+            "by one"
+        )
+    elif _rub(coat) and not moves:
         yield f"{effect.traits} are shown at rest only: in motion strokes lie one by one"
     elif not isinstance(effect, Blacks):
         yield f"{effect.traits} are not in the page: strokes lie one by one"

@@ -226,7 +226,8 @@ class App {
     const isMoving = this.controls.advance(seconds) || isPlaying;
     const isFirst = this.firstPictureMs === null;
     const isResting = !isFirst && !isMoving;
-    this._pace.hasUnderpaint = this.painter.hasUnderpaint;
+    const { hasUnderpaint, hasWashes } = this.painter;
+    Object.assign(this._pace, { hasUnderpaint, hasWashes });
     const { share, ...layers } = isFirst ? FIRST : this._pace.now;
     try {
       if (isResting) this._rest();

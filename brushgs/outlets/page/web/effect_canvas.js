@@ -28,7 +28,7 @@ class EffectCanvas extends Canvas {
     const step = kind === "blacks" ? 1 : Math.max(1, Math.sqrt((camera.width * camera.height) / MOST_MADE));
     const made = smallerCamera(camera, step);
     const facts = this._header.coats[i][kind], middle = camera.viewmat[11];
-    return { kind, facts, boxes: boxesOf(made), count, camera: { ...made }, step, middle };
+    return { kind, facts, boxes: boxesOf(made), count, camera: { ...made }, sheet: sheetOf(camera, step), step, middle };
   }
 
   /** Whether the washes of a coat can be made by the graphics processor, while the picture moves. */
@@ -39,14 +39,15 @@ class EffectCanvas extends Canvas {
   /**
    * Lay the washes of a coat, made by the graphics processor.
    *
-   * @param {CoatPainter} source the strokes that they are made of; for the others see `WetPicture`
+   * @param {CoatPainter} source the strokes that they are made of
+   * @param {number} step pixels of the picture along one of the layers; for the others see `WetPicture`
    */
-  layQuickWashes(i, source, camera, head, drawing) {
+  layQuickWashes(i, source, step, camera, head, drawing) {
     this._wet ??= new WetPicture(this.gl, this._programs);
-    const small = smallerCamera(camera, WET_STEP);
-    const made = this._wet.make(this._header.coats[i].washes, source, small, head, drawing);
+    const size = { camera: smallerCamera(camera, step), sheet: sheetOf(camera, step) };
+    const made = this._wet.make(this._header.coats[i].washes, source, size, head, drawing);
     this._bindCoatTarget(i);
-    this._layWashes(i, { ...made, step: WET_STEP });
+    this._layWashes(i, { ...made, step });
   }
 
   get numBytes() {
@@ -132,3 +133,6 @@ function smallerCamera(camera, step) {
   const lens = { fx: fx / step, fy: fy / step, cx: cx / step, cy: cy / step };
   return new PageCamera({ ...camera, ...lens, width: Math.ceil(width / step), height: Math.ceil(height / step) });
 }
+
+/** Sides of a picture in pixels of one with a pixel for so many along a side. */
+const sheetOf = ({ width, height }, step) => [width / step, height / step];

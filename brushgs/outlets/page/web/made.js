@@ -4,7 +4,7 @@
 
 const MAKERS = {
   blacks: madeBlacks,
-  washes: ({ facts }, painted, camera) => makeWashes(facts, painted, camera),
+  washes: ({ facts, sheet }, painted, camera) => makeWashes(facts, painted, camera, sheet),
   rub: ({ facts, step }, painted, camera) => makeRub(facts, painted, camera, step),
 };
 

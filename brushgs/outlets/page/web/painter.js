@@ -51,12 +51,13 @@ class Painter {
    *     underpaintStep: 0 for underpaint among the strokes, as `render` has it; else that of a coat is one layer
    *     below all strokes of the coat, with one pixel for so many along a side: most of the fragments are saved.
    *     numSlabs: so many layers, each below its share of the strokes; a backdrop has one.
+   *     wetStep: pixels along one of the layers that washes are made of where `isWhole` is false.
    *     isWhole: whether effects of coats, such as spot blacks, are made as `render` does, which takes seconds;
    *     else coarsely, by shaders. made: what `makeEffect` made of the jobs of `jobs`; null to make it here.
    *     highlight: a `Part`, see highlight.js: a veil lies over what does not belong to it; null for none.
    */
   paint(camera, { head = camera, order = "depth", share = 1, brush = null, ground = true, target = null,
-    viewport = null, isBare = false, highlight = null, underpaintStep = 0, numSlabs = 1,
+    viewport = null, isBare = false, highlight = null, underpaintStep = 0, numSlabs = 1, wetStep = 2,
     isWhole = !isBare, made = null } = {}) {
     const { gl, _drawing: drawing } = this;
     if (isBare) this._bareCanvas ??= this._newCanvas(bareHeader(this.contents.header));
@@ -73,7 +74,7 @@ class Painter {
       if (canvas.isMade(i)) {
         canvas.layEffect(i, made?.[i] ?? makeEffect(this._jobOf(i, canvas, camera, { head, share, brush })));
       } else if (!isBare && canvas.hasQuickWashes(i)) {
-        canvas.layQuickWashes(i, this._sourceOf(i), camera, head, drawing);
+        canvas.layQuickWashes(i, this._sourceOf(i), wetStep, camera, head, drawing);
       } else if (isLayered) {
         this._drawLayers(i, canvas, camera, head, underpaintStep, coat.header.isBackdrop ? 1 : numSlabs);
       } else coat.draw(camera, head, drawing);
@@ -107,6 +108,11 @@ class Painter {
   /** Whether strokes are drawn a second time behind themselves. */
   get hasUnderpaint() {
     return this._coats.some((coat) => coat.hasUnderpaint);
+  }
+
+  /** Whether there are washes, which are made of fewer pixels in motion. */
+  get hasWashes() {
+    return this._coats.some((_, i) => this._canvas.hasQuickWashes(i));
   }
 
   /** The painter of the strokes that the effect of a coat is made of: washes map their colors afterwards. */

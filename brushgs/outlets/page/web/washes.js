@@ -12,25 +12,26 @@ const [SHADOW_EDGE, SHADOW_WANDER] = SHARED.SHADOW_RANGE, [SHADOW_SOFTNESS, SHAD
  * @param {object} effect `washes`, its numbers by name, and `anchor`; of a wet layer also `key`, `smoothing`, `isRoom`, `losing`
  * @param {object} picture of `paintSoftly`
  * @param {PageCamera} camera of that picture
+ * @param {number[]} sheet [2], sides of the picture of the page in pixels of that picture
  * @returns {[Float32Array, Float32Array]} [height, width, 4] each: densities, and cover by paper; then by how much
  *     the tone is lighter than the least wash, over its range, thickness by which grain shows, strength, and depth
  */
-function makeWashes(effect, { width, height, colors, depths }, camera) {
-  const count = width * height, diagonal = Math.hypot(width, height);
+function makeWashes(effect, { width, height, colors, depths }, camera, sheet) {
+  const count = width * height, diagonal = Math.hypot(...sheet);
   const alpha = filled(new Float32Array(count), (i) => colors[4 * i + 3]);
   const noise = spaceNoise(depths, camera, effect.anchor);
-  const size = { width, height, count, diagonal };
+  const size = { width, height, count, diagonal, sheet };
   const laid = effect.key ? wetLayer(effect, size, colors, alpha, noise, camera) : shadowWash(size, colors, alpha, noise);
   return mixed(effect, size, laid, noise, depths);
 }
 
 /** Strength of the washes of a picture, 0 outside of its ragged border. */
-function raggedBorder({ width, height, count, diagonal }) {
+function raggedBorder({ width, height, count, diagonal, sheet: [across, down] }) {
   const inside = filled(new Float32Array(count), (i) => {
     const x = (i % width) + 0.5, y = Math.floor(i / width) + 0.5;
-    return Math.min(x, width - x, y, height - y) / diagonal;
+    return Math.min(x, across - x, y, down - y) / diagonal;
   });
-  const flat = { width, height, fx: diagonal, fy: diagonal, cx: width / 2, cy: height / 2, near: 0 };
+  const flat = { width, height, fx: diagonal, fy: diagonal, cx: across / 2, cy: down / 2, near: 0 };
   const camera = new PageCamera({ ...flat, viewmat: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] });
   const sheet = { center: [0, 0, 0], scale: 1, focus: [0, 0, 0], reach: 1, seed: 0 };
   const nearBorder = filled(new Float32Array(count), (i) => (inside[i] < 0.08 ? 1 : 0)); // all else is whole

@@ -3,7 +3,6 @@
 // Of the three smoothings the second stands for the first as well, in one round, and the third is left out: of a
 // picture of render, in as many pixels, that costs 1 to 3 dB, all smoothings 4 to 7.
 
-const WET_STEP = 2; // pixels of the picture along one of the layers
 const BLUR_REACH = 3, RUN_REACH = 2.77; // deviations; beyond them weights are below 0.02
 const WIDEST = Math.sqrt(3 * 4 ** (WET_ROUNDS - 1) / (4 ** WET_ROUNDS - 1)); // deviation of a first round, of all
 const LOST_WIDTHS = SHARED.WET_WIDTHS[0].map((share) => share * SHARED.WET_LOSS); // over the diagonal
@@ -26,20 +25,20 @@ const WET_LAYERS = [
 /** Makes the washes of coats, one after the other. `numBytes` are those of its textures. */
 class WetPicture {
   constructor(gl, programs) {
-    Object.assign(this, { gl, numBytes: 0, _programs: programs, _textures: {}, _framebuffers: {}, _size: [0, 0] });
+    Object.assign(this, { gl, numBytes: 0, _programs: programs, _textures: {}, _framebuffers: {}, _sheet: [0, 0] });
   }
 
   /**
    * @param {object} facts of `makeWashes`
    * @param {CoatPainter} source the strokes that washes are made of
-   * @param {PageCamera} camera of the layers
+   * @param {object} size `camera` of the layers; `sheet` [2], sides of the picture in their pixels
    * @param {PageCamera} head see `Painter.paint`
    * @param {object} drawing options of `CoatPainter.draw`
    * @returns {object} as `makeEffect`, but `textures`, to be used before the next call, in place of layers
    */
-  make(facts, source, camera, head, drawing) {
+  make(facts, source, { camera, sheet }, head, drawing) {
     const { gl } = this, { width, height } = camera;
-    this._resize(width, height);
+    this._resize(width, height, sheet);
     gl.disable(gl.BLEND);
     this._bind(["soft", "softDetail"]);
     for (const k of [0, 1]) gl.clearBufferfv(gl.COLOR, k, ZEROS);
@@ -142,20 +141,19 @@ class WetPicture {
     gl.viewport(0, 0, ...this._sizeOf(targets[0]));
   }
 
-  _resize(width, height) {
-    if (this._size[0] === width && this._size[1] === height) return;
+  _resize(width, height, sheet) {
+    if (this._sheet[0] === sheet[0] && this._sheet[1] === sheet[1]) return;
     this.dispose();
     const { gl } = this;
-    this._size = [width, height];
-    this._diagonal = Math.hypot(width, height);
+    Object.assign(this, { _size: [width, height], _sheet: sheet, _diagonal: Math.hypot(...sheet) });
     for (const name of WET_LAYERS.flat()) {
       const [across, down] = this._sizeOf(name), [format, bytes] = name === "softDetail" ? [gl.RG16F, 4] : [gl.RGBA16F, 8];
       this._textures[name] = newTexture(gl, gl.LINEAR);
       gl.texStorage2D(gl.TEXTURE_2D, 1, format, across, down);
       this.numBytes += bytes * across * down;
     }
-    const lens = [this._diagonal, this._diagonal, width / 2, height / 2];
-    const border = { uSize: this._size, uLens: lens, uSeed: 0, uCell: NOISE_FINEST };
+    const lens = [this._diagonal, this._diagonal, sheet[0] / 2, sheet[1] / 2];
+    const border = { uSize: this._size, uSheet: sheet, uLens: lens, uSeed: 0, uCell: NOISE_FINEST };
     this._pass("wet_space.frag", ["BORDER"], ["border"], [], border);
   }
 
@@ -163,6 +161,6 @@ class WetPicture {
     const { gl } = this;
     for (const texture of Object.values(this._textures)) gl.deleteTexture(texture);
     for (const framebuffer of Object.values(this._framebuffers)) gl.deleteFramebuffer(framebuffer);
-    Object.assign(this, { _textures: {}, _framebuffers: {}, _size: [0, 0], numBytes: 0 });
+    Object.assign(this, { _textures: {}, _framebuffers: {}, _sheet: [0, 0], numBytes: 0 });
   }
 }

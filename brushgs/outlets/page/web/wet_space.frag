@@ -11,7 +11,9 @@ precision highp sampler2D;
 
 uniform vec2 uSize;
 uniform vec4 uLens;
-#ifndef BORDER
+#ifdef BORDER
+uniform vec2 uSheet;  // the picture, in pixels of the layer
+#else
 uniform sampler2D uSoft;  // premultiplied color and alpha of the strokes
 uniform sampler2D uSoftDetail;  // its .g: depth from the middle times alpha
 uniform vec2 uPlace;  // of the picture of strokes, in a pixel here
@@ -26,8 +28,8 @@ layout(location = 0) out vec4 oSpace;  // flow, slow, focus, 0
 
 void main() {
 #ifdef BORDER
-  vec2 place = vec2(gl_FragCoord.x, uSize.y - gl_FragCoord.y), inside = min(place, uSize - place);
-  float border = min(inside.x, inside.y) / length(uSize);
+  vec2 place = vec2(gl_FragCoord.x, uSize.y - gl_FragCoord.y), inside = min(place, uSheet - place);
+  float border = min(inside.x, inside.y) / length(uSheet);
   vec3 ray = vec3((place - uLens.zw) / uLens.xy, 1);
   oSpace = vec4(smoothed((border - 0.025 - 0.007 * noiseAt(ray, 1.0).x) / 0.004));
 #else
