@@ -59,10 +59,7 @@ def omitted_of(coat: "Coat", *, moves: bool) -> Iterator[str]:
     if _blacks(coat):
         yield f"{effect.traits} have rougher outlines while the page moves, and small ones stay"
     elif has_washes(coat) and not moves:
-        yield (
-            f"{effect.traits} have a quarter of the pixels while the page moves; in a headset strokes lie one "
-            "by one"
-        )
+        yield f"{effect.traits} are coarser while the page moves; in a headset strokes lie one by one"
     elif _rub(coat) and not moves:
         yield f"{effect.traits} are shown at rest only: in motion strokes lie one by one"
     elif not isinstance(effect, Blacks):

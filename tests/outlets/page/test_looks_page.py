@@ -23,8 +23,7 @@ from tests.scenes import still_life_of
 SIZES = {"linen": (320, 240), "paper": (240, 180), "none": (160, 120)}  # at which threads begin to show
 UNLIT = ("watercolour", "charcoal", "ink", "hatching", "stippling", "plain")  # looks without a lamp
 LEFT_OUT = {
-    "watercolour": "washes that run and gather have a quarter of the pixels while the page moves; in a headset "
-    "strokes lie one by one",
+    "watercolour": "washes that run and gather are coarser while the page moves; in a headset strokes lie one by one",
     "charcoal": "rubbed tones are shown at rest only: in motion strokes lie one by one",
     "ink": "spot blacks have rougher outlines while the page moves, and small ones stay",
 }
@@ -134,7 +133,7 @@ def test_washes_of_large_pictures_are_made_of_fewer_pixels(browser):
 @for_each("size", [(640, 480), (321, 241)])
 @for_each("is_indoors", [False, True])
 def test_washes_in_motion_are_near_those_of_render(studio, size, is_indoors):
-    """Of a quarter of the pixels 31 to 38 dB, of all of them 38 to 41; strokes that lie one by one have 14."""
+    """Of a quarter of the pixels 31 to 38 dB, of all of them 38 to 41; single strokes have 14."""
     width, height = size
     if is_indoors:
         eye, target = (1.2, 0.2, -2.5), (-1.5, 0.0, 3.0)
