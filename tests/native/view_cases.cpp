@@ -168,8 +168,8 @@ Steps stage(const Gaussians<T>& scene, int) {
     const auto shadow =
         brushgs::cast_shadow({site.points.data(), site.weights.data(), site.lab.data(), scene.count, radius, lamp});
     const auto profile = brushgs::profile_around(place, 6 * radius, site.ground.extent);
-    const brushgs::ProfileView view(profile);
-    const brushgs::ShadowView shades{shadow.shade.data(), shadow.contact.data(), shadow.reflected.data(), radius, lamp};
+    const auto view = profile.view();
+    const auto shades = shadow.view(place);
     const auto usual = brushgs::stroke_sizes(view, place, 6 * radius, 5 * radius);
     const auto draw = [&](std::size_t, std::size_t count) {
         return random.numbers<double>(brushgs::kSpotNoise * count, -1, 1);

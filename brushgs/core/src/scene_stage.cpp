@@ -87,7 +87,7 @@ private:
         const Doubles rgb(picture.rgb.begin(), picture.rgb.end()), alpha(picture.alpha.begin(), picture.alpha.end());
         const Outline outline = outline_in(
             {rgb.data(), alpha.data(), height, width, small_.viewmat, small_.fx, small_.fy, small_.cx, small_.cy},
-            place, ProfileView(profile_), site_.ground.extent, oklab_);
+            place, profile_.view(), site_.ground.extent, oklab_);
         Doubles paint(subject.count);
         projected_areas(subject.scales.data(), subject.count, 0.0, 1, paint.data());
         for (std::size_t i = 0; i < paint.size(); ++i) paint[i] *= static_cast<double>(subject.opacities[i]);
@@ -101,11 +101,10 @@ private:
 
     GaussianColumns laid(const StageTones& tones, const GroundView* ground) const {
         const Place& place = site_.place;
-        const ProfileView profile(profile_);
+        const ProfileView profile = profile_.view();
         const ShadowMaps maps = cast_shadow({site_.points.data(), site_.weights.data(), site_.lab.data(),
                                              site_.weights.size(), place.radius, place.lamp.data()});
-        const ShadowView shadow{maps.shade.data(), maps.contact.data(), maps.reflected.data(), place.radius,
-                                place.lamp.data()};
+        const ShadowView shadow = maps.view(place);
         const double distance = std::hypot(eye_[0], eye_[1], eye_[2]);
         const Doubles usual = stroke_sizes(profile, place, distance, distance * options_.view.width / options_.view.fx);
         const double size = size_beside(strokes_.count) * options_.size;
@@ -123,17 +122,11 @@ private:
         Doubles lab = surface_colors(profile, spots, tones, ground);
         if (options_.shadow > 0) shade_colors(spots, shadow, options_.shadow, ground, lab.data());
         const Doubles frames = stage_frames(profile, spots, waves.data(), place.radius, true);
-        const StageStrokes made =
+        const auto [means, quats, scales, opacities, sh] =
             strokes_on(place, spots, frames.data(), lab.data(),
                        {options_.aspect, {options_.lightness, options_.chroma}, nullptr, nullptr}, oklab_);
         const auto floats = [](const Doubles& values) { return std::vector<float>(values.begin(), values.end()); };
-        return {floats(made.means),
-                floats(made.quats),
-                floats(made.scales),
-                floats(made.opacities),
-                floats(made.sh),
-                spots.count,
-                1};
+        return {floats(means), floats(quats), floats(scales), floats(opacities), floats(sh), spots.count, 1};
     }
 };
 

@@ -215,16 +215,42 @@ private:
     }
 };
 
-}  // namespace
-
-GroundMaps find_ground(const GroundQuery& query) { return Search(query).run(); }
-
-Dissolving GroundView::dissolving_at(const double* point, double radius) const {
-    const double covered = covered_at(point);
+// Of a stroke on a stage: the share of its color that is that of the table, and whether it lies below.
+struct Dissolving {
+    double share;
+    bool is_under;
+};
+Dissolving dissolving_at(const GroundView& ground, const double* point, double radius) {
+    const double covered = ground.covered_at(point);
     const double out = std::clamp(1 - (covered - kEdge[0]) / (kEdge[1] - kEdge[0]), 0.0, 1.0);
     const double height = point[1] / (kGroundBand * radius);
     return {is_on_ground(point[1], radius) ? out * out * (3 - 2 * out) : 0.0,
             height < -1 || (height < kHangs && covered < kCore)};
 }
+
+}  // namespace
+
+GroundMaps find_ground(const GroundQuery& query) { return Search(query).run(); }
+
+template <class T>
+void dissolve(const Place& place, const GroundView& ground, const double* table, const Oklab& oklab,
+              const OnGround<T>& strokes) {
+    std::array<double, 3> rgb{};
+    if (table != nullptr) rgb = oklab.rgb_of({table[0], table[1], table[2]});
+    for (std::size_t i = 0; i < strokes.count; ++i) {
+        const Dissolving found = dissolving_at(ground, place.local(strokes.means + 3 * i).data(), place.radius);
+        const double kept = found.is_under ? 0 : static_cast<double>(strokes.opacities[i]);
+        strokes.opacities[i] = static_cast<T>(table != nullptr ? kept : kept * (1 - found.share));
+        T* const sh = strokes.sh + 3 * strokes.sh_terms * i;
+        for (std::size_t k = 0; k < 3 * strokes.sh_terms && table != nullptr; ++k) {
+            double value = static_cast<double>(sh[k]) * (1 - found.share);
+            if (k < 3) value += found.share * (std::clamp(rgb[k], 0.0, 1.0) - 0.5) / kBand0;
+            sh[k] = static_cast<T>(value);
+        }
+    }
+}
+
+template void dissolve<float>(const Place&, const GroundView&, const double*, const Oklab&, const OnGround<float>&);
+template void dissolve<double>(const Place&, const GroundView&, const double*, const Oklab&, const OnGround<double>&);
 
 }  // namespace brushgs

@@ -1,4 +1,4 @@
-// The strokes of a stage: their places, large and quiet, small only in the shadow; and what they become.
+// The strokes of a stage: large and quiet, small only in the shadow.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -91,26 +91,5 @@ StageStrokes strokes_on(const Place& place, const SpotsView& spots, const double
     }
     return strokes;
 }
-
-template <class T>
-void dissolve(const Place& place, const GroundView& ground, const double* table, const Oklab& oklab,
-              const OnGround<T>& strokes) {
-    std::array<double, 3> rgb{};
-    if (table != nullptr) rgb = oklab.rgb_of({table[0], table[1], table[2]});
-    for (std::size_t i = 0; i < strokes.count; ++i) {
-        const Dissolving found = ground.dissolving_at(place.local(strokes.means + 3 * i).data(), place.radius);
-        const double kept = found.is_under ? 0 : static_cast<double>(strokes.opacities[i]);
-        strokes.opacities[i] = static_cast<T>(table != nullptr ? kept : kept * (1 - found.share));
-        T* const sh = strokes.sh + 3 * strokes.sh_terms * i;
-        for (std::size_t k = 0; k < 3 * strokes.sh_terms && table != nullptr; ++k) {
-            double value = static_cast<double>(sh[k]) * (1 - found.share);
-            if (k < 3) value += found.share * (std::clamp(rgb[k], 0.0, 1.0) - 0.5) / kBand0;
-            sh[k] = static_cast<T>(value);
-        }
-    }
-}
-
-template void dissolve<float>(const Place&, const GroundView&, const double*, const Oklab&, const OnGround<float>&);
-template void dissolve<double>(const Place&, const GroundView&, const double*, const Oklab&, const OnGround<double>&);
 
 }  // namespace brushgs

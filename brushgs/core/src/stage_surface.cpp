@@ -95,6 +95,15 @@ Vector base_direction(double rho_of_table, bool is_still, const Vector& around, 
     return base;
 }
 
+// [count] linear interpolation of [steps] values along the profile.
+std::vector<double> along_profile(const ProfileView& profile, const double* values, const double* along,
+                                  std::size_t count) {
+    std::vector<double> found(count);
+    std::transform(along, along + count, found.begin(),
+                   [&](double at) { return interpolated(profile.length, values, profile.steps, at); });
+    return found;
+}
+
 double smooth_step(double x) {
     x = std::clamp(x, 0.0, 1.0);
     return x * x * (3 - 2 * x);
@@ -121,14 +130,6 @@ StageProfile profile_around(const Place& place, double farthest, double ground_e
     }
     for (std::size_t i = 1; i <= upright; ++i) add(wall, rise + static_cast<double>(i) * (kTop * wall / upright));
     return profile;
-}
-
-std::vector<double> along_profile(const ProfileView& profile, const double* values, const double* along,
-                                  std::size_t count) {
-    std::vector<double> found(count);
-    std::transform(along, along + count, found.begin(),
-                   [&](double at) { return interpolated(profile.length, values, profile.steps, at); });
-    return found;
 }
 
 std::vector<double> slopes_at(const ProfileView& profile, const double* along, std::size_t count) {

@@ -15,7 +15,6 @@ from brushgs.core.native import core as _core
 from brushgs.options.choices import StageTone
 from brushgs.passes.add.backdrop import mean_lab
 from brushgs.passes.add.ground_maps import Grid, blurred
-from brushgs.passes.add.stage_ground import SIDE as GROUND_SIDE
 from brushgs.passes.add.stage_ground import Ground
 from brushgs.passes.add.stage_place import Place, above_ground, lamp_direction
 from brushgs.passes.add.stage_shadow import Shadow, cast_shadow
@@ -119,7 +118,7 @@ def find_site(gaussians: Gaussians, first_view: FirstView, towards: F64 | None =
     if own is None:
         return site
     _, coverage, colors, tone, extent = own
-    square = GROUND_SIDE, GROUND_SIDE
+    square = _core.GROUND_SIDE, _core.GROUND_SIDE
     ground = Ground(site.place, coverage.reshape(square), colors.reshape(3, *square), tone, extent)
     site = replace(site, ground=ground)
     seen = found_lamp(site, ground) if towards is None else None
@@ -189,7 +188,7 @@ def found_lamp(site: Site, ground: Ground) -> F64 | None:
     paint = weights[rows] * (weights.sum() / weights[rows].sum())
     axis = (np.arange(SIDE) + 0.5) * grid.cell - grid.half
     cells = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=2).reshape(-1, 2)
-    coverage, lab = ground.at(np.insert(cells, 1, 0.0, axis=1))
+    coverage, lab = ground.at(cells)
     standing = _shade(grid, points[:, [0, 2]], paint, place).ravel()
     free = (coverage > INSIDE) & (standing < FREE)
     if free.sum() < FEWEST:

@@ -38,9 +38,9 @@ class Ground(NamedTuple):
     tone: F64
     extent: float
 
-    def at(self, points: F64) -> tuple[F64, F64]:
-        """At local points [n, 3]: [n] coverage, and [n, 3] OKLab of the ground or its continuation."""
-        grid, level = _grid(self.place), points[:, [0, 2]]
+    def at(self, level: F64) -> tuple[F64, F64]:
+        """At level points [n, 2]: [n] coverage, and [n, 3] OKLab of the ground or its continuation."""
+        grid = Grid(SIDE, REACH * self.place.radius)
         lab = np.stack([grid.samples(self.lab[k], level) for k in range(3)], axis=1)
         return grid.samples(self.coverage, level), lab
 
@@ -60,7 +60,3 @@ def dissolved(strokes: Gaussians, ground: Ground, table: F64 | None) -> Gaussian
     opacities, sh = strokes.opacities.copy(), strokes.sh.copy()
     _core.dissolve(strokes.means, opacities, sh, ground, table, OKLAB)
     return replace(strokes, sh=sh, opacities=opacities)
-
-
-def _grid(place: Place) -> Grid:
-    return Grid(SIDE, REACH * place.radius)

@@ -91,11 +91,6 @@ struct GroundMaps {
 };
 GroundMaps find_ground(const GroundQuery& query);
 
-// Of a stroke on a stage with a ground: the share of its color that is that of the table, and whether it lies below.
-struct Dissolving {
-    double share;
-    bool is_under;
-};
 struct GroundView {
     const double *coverage, *lab;
     double extent;
@@ -107,7 +102,6 @@ struct GroundView {
     double lab_at(const double* point, std::size_t channel) const {
         return grid.sample(lab + channel * kGroundSide * kGroundSide, point[0], point[2]);
     }
-    Dissolving dissolving_at(const double* point, double radius) const;
 };
 
 // What strokes become on a stage that continues the ground of their scene: it blends into the table toward its border,
@@ -151,14 +145,6 @@ struct ShadowQuery {
     double radius;       // of the subject
     const double* lamp;  // [3] unit vector toward it, above the ground
 };
-// Maps [kShadowSide, kShadowSide] by right and away.
-struct ShadowMaps {
-    std::vector<double> shade;      // share of the light that is blocked
-    std::vector<double> contact;    // nearness of paint above the ground
-    std::vector<double> reflected;  // [2, side, side] OKLab a and b of near objects, times their nearness
-};
-ShadowMaps cast_shadow(const ShadowQuery& query);
-
 struct Shade {
     double shade, contact, reflected[2];
 };
@@ -169,30 +155,32 @@ struct ShadowView {
 
     Shade at(const double* point) const;
 };
+// Maps [kShadowSide, kShadowSide] by right and away.
+struct ShadowMaps {
+    std::vector<double> shade;      // share of the light that is blocked
+    std::vector<double> contact;    // nearness of paint above the ground
+    std::vector<double> reflected;  // [2, side, side] OKLab a and b of near objects, times their nearness
+
+    ShadowView view(const Place& place) const {
+        return {shade.data(), contact.data(), reflected.data(), place.radius, place.lamp.data()};
+    }
+};
+ShadowMaps cast_shadow(const ShadowQuery& query);
 
 // A profile: distance from the axis, height over the table, and length along it from the axis.
-struct StageProfile {
-    std::vector<double> rho, height, length;
-    double table, wall;  // radius of the level part, distance of the wall
-};
-// `farthest` is the level distance of the farthest camera, `ground_extent` that of the scene's own ground, or 0.
-StageProfile profile_around(const Place& place, double farthest, double ground_extent);
-
 struct ProfileView {
     const double *rho, *height, *length;
     std::size_t steps;
+    double table, wall;  // radius of the level part, distance of the wall
+};
+struct StageProfile {
+    std::vector<double> rho, height, length;
     double table, wall;
 
-    explicit ProfileView(const StageProfile& from)
-        : rho(from.rho.data()),
-          height(from.height.data()),
-          length(from.length.data()),
-          steps(from.rho.size()),
-          table(from.table),
-          wall(from.wall) {}
-    ProfileView(const double* r, const double* h, const double* l, std::size_t n, double t, double w)
-        : rho(r), height(h), length(l), steps(n), table(t), wall(w) {}
+    ProfileView view() const { return {rho.data(), height.data(), length.data(), rho.size(), table, wall}; }
 };
+// `farthest` is the level distance of the farthest camera, `ground_extent` that of the scene's own ground, or 0.
+StageProfile profile_around(const Place& place, double farthest, double ground_extent);
 
 // [steps] the size of strokes along a profile, for a camera at a distance from the foot whose pictures show a width of
 // it there.
@@ -233,9 +221,6 @@ StageSpots place_spots(const ProfileView& profile, const SpotQuery& query, const
 StageSpots lay_layers(const ProfileView& profile, const double* usual, double size, double radius,
                       const std::vector<ShadowView>& shadows, const Draw& draw);
 
-// [count] linear interpolation of [steps] values along the profile.
-std::vector<double> along_profile(const ProfileView& profile, const double* values, const double* along,
-                                  std::size_t count);
 // [count] angles of the surface with the level, radians.
 std::vector<double> slopes_at(const ProfileView& profile, const double* along, std::size_t count);
 
