@@ -1,5 +1,6 @@
 // Python: Gaussians to boxes, and boxes to a frame or its fragments.
 #include <algorithm>
+#include <tuple>
 
 #include "bindings.hpp"
 #include "brushgs/fragment_layers.hpp"

@@ -1,6 +1,8 @@
 // The module that Python imports, and what of scenes becomes strokes; see bindings.hpp.
 #include "bindings.hpp"
 
+#include <algorithm>
+
 #include "brushgs/blending.hpp"
 #include "brushgs/broken_color.hpp"
 #include "brushgs/coats.hpp"

@@ -27,7 +27,7 @@ SOURCES = (
             *("scene_stage", "stage_ground", "stage_maps", "stage_site", "stage_strokes"),
             *("stage_surface", "stage_tones"),
             *("subject", "view_pictures", "find_up", "find_front", "framing", "crumbs", "cpu"),
-            *("project", "project_kernel", "raster", "raster_kernel", "soft_queues", "soft_crowd"),
+            *("project", "project_kernel", "tiles", "raster", "raster_kernel", "soft_queues", "soft_crowd"),
             *("lloyd", "nearest", "reassign", "merge", "gaps", "coverage", "moments", "groups", "key_order"),
         )
     ),
