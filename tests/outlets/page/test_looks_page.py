@@ -23,8 +23,8 @@ from tests.scenes import still_life_of
 SIZES = {"linen": (320, 240), "paper": (240, 180), "none": (160, 120)}  # at which threads begin to show
 UNLIT = ("watercolour", "charcoal", "ink", "hatching", "stippling", "plain")  # looks without a lamp
 LEFT_OUT = {
-    "watercolour": "washes that run and gather are coarser while the page moves; in a headset strokes lie one "
-    "by one",
+    "watercolour": "washes that run and gather are coarser while the page moves; in a headset strokes "
+    "lie one by one",
     "charcoal": "rubbed tones are shown at rest only: in motion strokes lie one by one",
     "ink": "spot blacks have rougher outlines while the page moves, and small ones stay",
 }
