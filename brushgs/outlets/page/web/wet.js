@@ -1,7 +1,7 @@
 // Washes of watercolour in a picture that moves: those of washes.js, made by the graphics processor in few pixels.
 //
-// Of the three smoothings the second stands for the first as well, in one round, and the third is left out: of a
-// picture of render, in as many pixels, that costs 1 to 3 dB, all smoothings 4 to 7.
+// Of the three smoothings the second stands for the first as well, in one round, and the third is left out: that costs
+// 1 to 3 dB.
 
 const BLUR_REACH = 3, RUN_REACH = 2.77; // deviations; beyond them weights are below 0.02
 const WIDEST = Math.sqrt(3 * 4 ** (WET_ROUNDS - 1) / (4 ** WET_ROUNDS - 1)); // deviation of a first round, of all
