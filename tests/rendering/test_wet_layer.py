@@ -255,6 +255,7 @@ def test_darks_of_a_small_subject_get_dark_by_rank():
         _, tones[radius] = left_of(alpha, light)
     assert tones[110].key == Key(0.05, 0.95)
     assert tones[48].key.gamma > 1.2 * tones[110].key.gamma
+    assert tones[48].key.chroma < 0.95 * tones[110].key.chroma, "or what gets darker gets more colorful"
 
 
 def test_the_night_behind_a_window_is_no_bare_paper_but_what_no_paint_surrounds_is():

@@ -16,7 +16,8 @@ from brushgs.values.arrays import F64, Array, Rows
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 
-DARK, DARKEST = 25.0, 2.2  # L* below which this percentage of a picture is to be
+DARK, DARKEST = 25.0, 2.4  # L* below which this percentage of a small view is to be; a large one has fewer
+MUTED = 0.35  # power of the exponent by which colors are weaker: darker and as strong, wood would be red
 # Of the tone curve, tried in this order until it is: factor of its exponent, and share of its range that gets
 # as dark as its darkest.
 CURVES = (
@@ -43,7 +44,8 @@ def looked_at(layer: WetLayer, views: Sequence[View]) -> tuple[WetLayer, list[We
     outlines, usual = [_Outline.of(frame.alpha) for frame, _ in views], layer.key
     for gamma, crushed in CURVES:
         low = usual.low + crushed * (usual.high - usual.low)
-        layer = replace(layer, key=replace(usual, gamma=gamma * usual.gamma, low=low))
+        chroma = usual.chroma / gamma**MUTED
+        layer = replace(layer, key=replace(usual, gamma=gamma * usual.gamma, low=low, chroma=chroma))
         wets = [layer.wet(*views[0])]
         found = _losing(layer, wets, outlines[:1])
         picture = _on_white(wets[0], found)
