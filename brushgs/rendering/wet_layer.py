@@ -16,7 +16,7 @@ import numpy as np
 
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
-from brushgs.rendering.effect import OfWhole
+from brushgs.rendering.effect import OfWhole, positions_of
 from brushgs.rendering.space_noise import Anchor, space_noise
 from brushgs.values.arrays import F64, Array, smoothstep
 from brushgs.values.camera import Camera
@@ -45,6 +45,9 @@ CORE, NEAR_CORE = (0.86, 0.08), (0.03, 0.1)
 OPENED = 1.4  # how much of such a width is lost as a whole
 LIT = 0.9  # of parts thinner than all widths the side of the lamp is lost alone: base of its share
 STEEP = 2.83  # slope of blurred coverage over two pixels by what is missing to 0 or 1, times the width
+# Where a subject stands it keeps its outline: by how much the side of the lamp counts less on the ground, and
+# the height up to which, over that of the subject.
+CONTACT = 1.0, 0.2
 FROM_ABOVE = -0.57, -0.57  # direction to the lamp in pictures, where none is known
 ROOM_SOLID = 12.0  # see `Key`: a room has no holes, windows are strokes of little opacity
 # Holes in the paint of a room: reach of the colors that fill them, over the diagonal, and the share of paint
@@ -161,6 +164,8 @@ class WetLayer(_Running):
         washes: parameters of mixing.
         smoothing: of the three washes.
         towards: unit vector toward the lamp, world axes; None if not known.
+        ground: the ground that the subject stands on: its height above that at (x, y, z, 1), world axes, over
+            its own, is the product with these four; None if not known.
         losing: how far a lost outline is lost, 0 to 1.
         has_border: whether what reaches the edge of the sheet ends in a ragged border before it.
     """
@@ -171,6 +176,7 @@ class WetLayer(_Running):
     washes: Washes = field(default=Washes())
     smoothing: tuple[Wash, Wash, Wash] = WASHES
     towards: tuple[float, ...] | None = None
+    ground: tuple[float, ...] | None = None
     losing: float = 1.0
     has_border: bool = True
 
@@ -212,11 +218,20 @@ class WetLayer(_Running):
         alpha, dtype = part.alpha, part.rgb.dtype
         noise, parted = self._parts(part)
         blurred = smooth(parted[1].copy(), RIM * part.diagonal)
-        soft = None if self.is_room else _outlines(alpha, LOSS * part.diagonal, self._lamp_in(part.camera))
+        soft = None if self.is_room else self._outlines(part)
         border = part.border(has_one=self.has_border)
         if not self.is_room:  # washes do not run beyond painted pixels
             border = border * smoothstep(SPILL * alpha).astype(dtype)
         return Wet(parted, blurred, noise, (alpha, soft), (part.grain, border, part.paper))
+
+    def _outlines(self, part: "_Part") -> Array:
+        """See `_outlines`; on the ground as if their side were farther from that of the lamp."""
+        found = _outlines(part.alpha, LOSS * part.diagonal, self._lamp_in(part.camera))
+        if self.ground is not None:
+            corner = int(part.columns.start), int(part.rows.start)
+            heights = positions_of(part.depth, part.camera, corner) @ self.ground[:3] + self.ground[3]
+            found[..., 1] -= CONTACT[0] * (1 - smoothstep(heights / CONTACT[1]))
+        return found
 
     def _lamp_in(self, camera: Camera) -> tuple[float, float]:
         """The direction (x, y) to the lamp in a picture, shorter where it lies along the view."""

@@ -219,6 +219,22 @@ def test_a_share_of_a_lost_outline_is_lost_where_all_of_it_would_be():
     assert shown[0] < shown[1] < shown[2]
 
 
+def test_an_outline_is_kept_where_the_subject_stands():
+    """An upright bar of one tone: up to a fifth of its height it is as if the lamp were on the other side."""
+    y, x = np.mgrid[:240, :480]
+    alpha = ((abs(x - 240) < 40) & (abs(y - 120) < 100)).astype(np.float64)
+    frame, camera = Frame(0.5 * alpha[..., None].repeat(3, axis=2), alpha, 4 * alpha), camera_of(240, 480)
+    ends = positions_of(np.full((240, 480), 4.0), camera)[[220, 20], 240].astype(np.float64)
+    up = (ends[1] - ends[0]) / ((ends[1] - ends[0]) ** 2).sum()
+    ground = (*up.tolist(), -float(up @ ends[0]))
+    layers = [WetLayer(KEY, ANCHOR, ground=one) for one in (None, ground)]
+    free, standing = (layer.scores(layer.wet(frame, camera))[:, 202] for layer in layers)
+    share = layers[0].washes.lost[4]
+    np.testing.assert_allclose((free - standing)[[22, 100, 170]], 0, atol=1e-6)
+    np.testing.assert_allclose((free - standing)[218], share, rtol=0.01)
+    assert 0.3 * share < (free - standing)[200] < 0.7 * share
+
+
 def test_washes_reach_the_edge_of_a_sheet_without_border():
     alpha, camera = np.ones((60, 80)), camera_of(60, 80)
     frame = Frame(0.5 * alpha[..., None].repeat(3, axis=2), alpha, 4 * alpha)

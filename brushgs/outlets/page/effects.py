@@ -6,6 +6,7 @@ Scripts make them at rest: `web/blacks.js`, `web/washes.js`, `web/rub.js`. A pic
 
 from collections.abc import Iterator
 from dataclasses import asdict, fields, replace
+from operator import mul
 from typing import TYPE_CHECKING, Any
 
 from brushgs.rendering.effect import without_effect
@@ -93,6 +94,8 @@ def _wash_facts(coat: "Coat", origin: F64) -> dict[str, Any] | None:
         smoothing = [[one.width, one.edge, one.wet, one.loose] for one in effect.smoothing]
         facts |= {"key": asdict(effect.key), "smoothing": smoothing, "isRoom": effect.is_room}
         facts |= {"towards": effect.towards, "losing": effect.losing}
+        ground = effect.ground
+        facts["ground"] = ground and [*ground[:3], ground[3] + sum(map(mul, ground, origin.tolist()))]
     return facts
 
 

@@ -90,6 +90,7 @@ SHARED: Mapping[str, Shared] = MappingProxyType(
         "WET_LIT": wet_layer.LIT,
         "WET_STEEP": wet_layer.STEEP,
         "WET_FROM_ABOVE": wet_layer.FROM_ABOVE,
+        "WET_CONTACT": wet_layer.CONTACT,
         "ROOM_SOLID": wet_layer.ROOM_SOLID,
         "WET_HOLE": wet_layer.HOLE,
         "WET_HOLE_CLOSED": (wet_layer.OPEN, wet_layer.CLOSED),

@@ -38,6 +38,12 @@ class Place(NamedTuple):
         """[n, 3] local coordinates of world points [n, 3]."""
         return np.asarray((points.astype(np.float64) - self.foot) @ self.axes.T)
 
+    @property
+    def above(self) -> F64:
+        """[4] whose product with (x, y, z, 1) is the height of a world point over that of the subject."""
+        up = self.axes[1] / max(self.height, np.finfo(np.float64).tiny)
+        return np.append(up, -up @ self.foot)
+
     def world(self, points: F64) -> F64:
         """[n, 3] world coordinates of local points [n, 3]."""
         return np.asarray(self.foot + points @ self.axes)

@@ -24,7 +24,7 @@ CURVES = (
     *((1.0, 0.0), (1.1, 0.02), (1.3, 0.05), (1.5, 0.1), (1.7, 0.16)),
     *((1.9, 0.22), (2.1, 0.28), (2.3, 0.34), (2.5, 0.42), (2.7, 0.5)),
 )
-LOST = 0.32  # share of the outline of washes that is lost; touches and grain keep some
+LOST = 0.33  # share of the outline of washes that is lost; touches and grain keep some
 FAINT = 6.0  # CIELAB: difference across an outline up to which it is lost
 SOLID = 0.5  # least coverage by strokes inside of an outline
 ACROSS = 0.0036  # of the diagonal, at least 1.5 px: from an outline to what is compared across it

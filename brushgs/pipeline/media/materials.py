@@ -66,6 +66,7 @@ class Materials:
         is_bare: whether no stage lies behind the strokes.
         motif: whose values a drawing keeps; None if strokes have others, or the medium does not look.
         is_film: whether many frames are painted.
+        foot: [4] see `Place.above`; None if it is not known where the subject stands.
     """
 
     strokes: Gaussians
@@ -83,6 +84,7 @@ class Materials:
     is_bare: bool = False
     motif: "Motif | None" = None
     is_film: bool = False
+    foot: "F64 | None" = None
 
     @cached_property
     def paper(self) -> Color:

@@ -40,8 +40,9 @@ def watercolour(materials: Materials) -> list[Coat]:
     """The coats of a watercolour."""
     media, strokes = numbers_of(Watercolour, materials), materials.strokes
     settled = Settled.of(materials, paper=media.paper)
-    lamp = None if materials.towards is None else tuple(materials.towards.tolist())
-    layer = WetLayer(settled.key, settled.anchor, settled.is_room, _washes(media, materials), towards=lamp)
+    lamp, foot = (None if one is None else tuple(one.tolist()) for one in (materials.towards, materials.foot))
+    layer = WetLayer(settled.key, settled.anchor, settled.is_room, _washes(media, materials))
+    layer = replace(layer, towards=lamp, ground=foot)
     layer, wets = looked_at(layer, settled.views)
     has_border = _has_border(materials)
     layer = replace(layer, losing=LOST_IN_FILMS if materials.is_film else 1.0, has_border=has_border)

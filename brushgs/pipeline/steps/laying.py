@@ -201,6 +201,7 @@ def materials(
         None if site is None else site.towards,
         motif=motif,
         is_film=along_path,
+        foot=None if site is None else site.place.above,
     )
 
 

@@ -21,7 +21,7 @@ function makeWashes(effect, { width, height, colors, depths }, camera, sheet) {
   const alpha = filled(new Float32Array(count), (i) => colors[4 * i + 3]);
   const noise = spaceNoise(depths, camera, effect.anchor);
   const size = { width, height, count, diagonal, sheet };
-  const laid = effect.key ? wetLayer(effect, size, colors, alpha, noise, camera) : shadowWash(size, colors, alpha, noise);
+  const laid = effect.key ? wetLayer(effect, { ...size, depths }, colors, alpha, noise, camera) : shadowWash(size, colors, alpha, noise);
   return mixed(effect, size, laid, noise, depths);
 }
 
@@ -39,7 +39,8 @@ function raggedBorder({ width, height, count, diagonal, sheet: [across, down] })
   return filled(inside.slice(), (i) => smoothed((inside[i] - 0.025 - 0.007 * flow[i]) / 0.004));
 }
 
-function wetLayer({ key, washes, smoothing, isRoom, towards, losing }, size, colors, alpha, noise, { viewmat }) {
+function wetLayer(effect, size, colors, alpha, noise, camera) {
+  const { key, washes, smoothing, isRoom, towards, losing } = effect, { viewmat } = camera;
   const { width, height, count, diagonal } = size, { flow, slow, distances } = noise;
   const keyed = keyColors(key, isRoom ? withoutHoles(colors, key.solid, size) : colors, count);
   const focus = filled(new Float32Array(count), (i) =>
@@ -80,6 +81,7 @@ function wetLayer({ key, washes, smoothing, isRoom, towards, losing }, size, col
   const cover = alpha.map(underPaper), strength = raggedBorder(size);
   if (isRoom) return { densities, tones, focus, strength, cover };
   const [soft, side] = outlines(cover, size, lamp);
+  if (effect.ground) awayFromGround(side, effect.ground, size, camera);
   for (let i = 0; i < count; i++) {
     const score = noiseShare * slow[i] - focusShare * focus[i] + sideShare * side[i] - toneShare * tones[i];
     const kept = 1 - smoothed((score - first) / range) * (1 - smoothed(1 - 2 * losing * (1 - soft[i])));
@@ -117,6 +119,17 @@ function outlines(solid, size, [right, down]) {
     }
   }
   return [fades.map((fade) => 1 - fade), filled(sides, (i) => sides[i] / weights[i])];
+}
+
+/** Takes from sides of the lamp where a subject stands, `ground` as that of `WetLayer`. */
+function awayFromGround(side, ground, { width, depths }, camera) {
+  const { fx, fy, cx, cy, viewmat } = camera, [less, reach] = SHARED.WET_CONTACT;
+  const [right, down, away] = [0, 4, 8].map((row) => dot3(viewmat.subarray(row), ground));
+  const eye = dot3(camera.eye(new Float64Array(3)), ground) + ground[3];
+  for (let i = 0; i < side.length; i++) {
+    const x = (right * ((i % width) + 0.5 - cx)) / fx, y = (down * (Math.floor(i / width) + 0.5 - cy)) / fy;
+    side[i] -= less * (1 - smoothed((depths[i] * (x + y + away) + eye) / reach));
+  }
 }
 
 /** One wash in the color of its strokes, over the area that they cover. */
