@@ -131,7 +131,13 @@ def _page_of(config: PaintConfig, brushes: BrushSet) -> PageContents:
     if not is_plain:
         # A toned ground takes its color from the scene.
         color = rgb_of(config.ground.ground) if config.ground.ground != "toned" else (0.5, 0.5, 0.5)
-        recipe = Recipe(canvas, np.array(color, np.float32), config.light.canvas_strength, 0, None)
+        recipe = Recipe(
+            "flat" if canvas == "none" else canvas,
+            np.array(color, np.float32),
+            config.light.canvas_strength,
+            0,
+            None,
+        )
         surface = recipe.surface(height=HEIGHT, width=WIDTH)
     specks = _specks(len(brushes))
     coats = [Coat("strokes", specks, brushes, options)]
