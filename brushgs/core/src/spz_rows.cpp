@@ -6,18 +6,25 @@
 
 #include "brushgs/row_sink.hpp"
 
+// Of wasm/zstd.zig.
+extern "C" std::size_t unpack_zstd(const char* from, std::size_t from_size, char* to, std::size_t to_size);
+
 namespace brushgs {
 
 namespace {
 
 constexpr std::string_view kMagic = "NGSP";
 constexpr std::size_t kHeaderSize = 16, kRecordSize = 8;
+constexpr std::size_t kLatestHeaderSize = 32, kStreamSize = 16;  // of the latest version; of an entry of its table
+constexpr std::uint64_t kMostUnpacked = 300'000'000;             // bytes; MOST_BYTES of brushgs/outlets/painter/page.py
+constexpr std::size_t kMostOfBlock = std::size_t{1} << 17;       // of zstd, which is unpacked as a whole
 constexpr std::size_t kMostDegree = 4, kMostUsedDegree = 3, kMostBits = 24;
-constexpr unsigned kLatest = 4;                                        // version; it needs zstd
+constexpr unsigned kLatest = 4;                                        // version; its blocks are zstd streams
 constexpr unsigned kAntialiased = 1, kHasExtensions = 2, kTree = 128;  // flags
 constexpr unsigned kCoordinateSystem = 0xadbe0003, kNumSystems = 17;
 constexpr std::array<std::size_t, 6> kOddInX{3, 4, 7, 10, 13, 15};  // basis functions that change sign with x
 constexpr const char* kAgain = "; copy or download it again";
+constexpr const char* kDamaged = "; the header is damaged: copy or export it again";
 
 std::uint32_t word_at(const char* place) {
     std::uint32_t word;
@@ -40,6 +47,7 @@ struct Header {
     std::array<std::size_t, 6> widths() const {
         return {version == 1 ? 6U : 9U, 1, 3, 3, version < 3 ? 3U : 4U, 3 * ((degree + 1) * (degree + 1) - 1)};
     }
+    std::size_t num_streams() const { return degree == 0 ? 5 : 6; }
     std::uint64_t row_size() const {
         const auto all = widths();
         return std::accumulate(all.begin(), all.end(), std::uint64_t{0});
@@ -57,24 +65,20 @@ std::string fault_of_size(const Header& header, std::uint64_t size) {
 }
 
 std::string fault_of(const Header& header, bool was_gzip) {
-    const std::string damaged = "; the header is damaged: copy or export it again";
     if (header.version < 1 || header.version > kLatest) {
         return "is an SPZ scene that must have a version from 1 to 4, got " + std::to_string(header.version) +
                "; export it as PLY or an earlier version of SPZ";
     }
-    if (header.version == kLatest) {
-        return was_gzip ? "is an SPZ scene of version 4 within gzip data; unpack it with gunzip"
-                        : "is an SPZ scene of version 4, which this page does not read; paint it with brushgs, or "
-                          "export it as an earlier version";
-    }
+    if (header.version == kLatest && was_gzip)
+        return "is an SPZ scene of version 4 within gzip data; unpack it with gunzip";
     if (header.num_rows == 0) return "holds no Gaussians: its header says 0; export the scene again";
     if (header.degree > kMostDegree) {
-        return "spherical harmonics must have a degree from 0 to 4, got " + std::to_string(header.degree) + damaged;
+        return "spherical harmonics must have a degree from 0 to 4, got " + std::to_string(header.degree) + kDamaged;
     }
     if (header.bits > kMostBits) {
-        return "positions must have at most 24 fractional bits, got " + std::to_string(header.bits) + damaged;
+        return "positions must have at most 24 fractional bits, got " + std::to_string(header.bits) + kDamaged;
     }
-    if ((header.flags & kTree) != 0)
+    if ((header.flags & kTree) != 0 && header.version < kLatest)
         return "holds a tree of levels of detail; export the scene without levels of detail";
     return "";
 }
@@ -174,10 +178,9 @@ void turn_x(RowSink& sink, std::size_t sh_terms) {
     }
 }
 
-void read_rows(const Header& header, std::string_view content, bool is_mirrored, SceneColumns& out) {
+void read_rows(const Header& header, const char* next, bool is_mirrored, SceneColumns& out) {
     const auto widths = header.widths();
     std::array<const char*, 6> places;
-    const char* next = content.data() + kHeaderSize;
     for (std::size_t block = 0; block < places.size(); ++block) {
         places[block] = next;
         next += widths[block] * header.num_rows;
@@ -201,6 +204,63 @@ void read_rows(const Header& header, std::string_view content, bool is_mirrored,
     }
 }
 
+// The bytes of all blocks of a file of the latest version, whose table of contents begins at `table`; empty and a fault
+// if it is damaged.
+std::vector<char> unpacked(const Header& header, std::string_view content, std::uint64_t table, SceneColumns& out) {
+    std::vector<char> blocks(static_cast<std::size_t>(header.row_size() * header.num_rows) + kMostOfBlock);
+    char* to = blocks.data();
+    std::size_t number = 0;
+    std::string_view streams = content.substr(static_cast<std::size_t>(table) + header.num_streams() * kStreamSize);
+    for (const std::size_t width : header.widths()) {
+        if (width == 0) continue;
+        std::uint64_t sizes[2];  // packed, and not
+        std::memcpy(sizes, content.data() + table + number * kStreamSize, sizeof sizes);
+        const std::uint64_t size = std::uint64_t{width} * header.num_rows;
+        if (sizes[1] != size) {
+            out.fault = "stream " + std::to_string(number) + " must hold " + std::to_string(size) + " bytes for " +
+                        std::to_string(header.num_rows) + " Gaussians, got " + std::to_string(sizes[1]) + kDamaged;
+        } else if (sizes[0] > streams.size()) {
+            out.fault = "is cut off " + std::to_string(sizes[0] - streams.size()) + " bytes before the end of stream " +
+                        std::to_string(number) + kAgain;
+        } else if (unpack_zstd(streams.data(), static_cast<std::size_t>(sizes[0]), to,
+                               static_cast<std::size_t>(size) + kMostOfBlock) != size) {
+            out.fault = std::string("cannot be decompressed; it is cut off or damaged") + kAgain;
+        }
+        if (!out.fault.empty()) return {};
+        streams.remove_prefix(static_cast<std::size_t>(sizes[0]));
+        to += size;
+        ++number;
+    }
+    return blocks;
+}
+
+void read_latest(const Header& header, std::string_view content, SceneColumns& out) {
+    if (content.size() < kLatestHeaderSize) {
+        out.fault = std::string("is cut off within its header") + kAgain;
+        return;
+    }
+    const std::uint64_t table = word_at(content.data() + kHeaderSize);
+    const std::size_t stated = byte_at(content.data() + kHeaderSize - 1);
+    if (table < kLatestHeaderSize || table + stated * kStreamSize > content.size()) {
+        out.fault = "is cut off or damaged: its table of contents is said to begin at byte " + std::to_string(table) +
+                    " of " + std::to_string(content.size()) + kAgain;
+        return;
+    }
+    const auto records = content.substr(kLatestHeaderSize, static_cast<std::size_t>(table) - kLatestHeaderSize);
+    const bool is_mirrored = (header.flags & kHasExtensions) != 0 && read_extensions(records, out);
+    if (out.fault.empty() && stated != header.num_streams()) {
+        out.fault = "must have " + std::to_string(header.num_streams()) + " streams for degree " +
+                    std::to_string(header.degree) + ", got " + std::to_string(stated) + kDamaged;
+    }
+    if (out.fault.empty() && header.row_size() * header.num_rows > kMostUnpacked) {
+        out.fault = "holds more than " + std::to_string(kMostUnpacked / 1'000'000) +
+                    " MB when it is unpacked, and this page reads at most that; paint it with brushgs render";
+    }
+    if (!out.fault.empty()) return;
+    const std::vector<char> blocks = unpacked(header, content, table, out);
+    if (out.fault.empty()) read_rows(header, blocks.data(), is_mirrored, out);
+}
+
 }  // namespace
 
 void read_spz(std::string_view content, std::size_t num_packed, SceneColumns& out) {
@@ -221,6 +281,12 @@ void read_spz(std::string_view content, std::size_t num_packed, SceneColumns& ou
     if (!out.fault.empty()) return;
     out.fault = fault_of_size(header, was_gzip ? num_packed : content.size());
     if (!out.fault.empty()) return;
+    out.sh_terms = header.used_terms();
+    out.is_antialiased = (header.flags & kAntialiased) != 0;
+    if (header.version == kLatest) {
+        read_latest(header, content, out);
+        return;
+    }
     const std::uint64_t needed = header.row_size() * header.num_rows;
     const std::size_t held = content.size() - kHeaderSize;
     if (held < needed) {
@@ -228,12 +294,10 @@ void read_spz(std::string_view content, std::size_t num_packed, SceneColumns& ou
                     std::to_string(header.num_rows) + " Gaussians" + kAgain;
         return;
     }
-    out.sh_terms = header.used_terms();
-    out.is_antialiased = (header.flags & kAntialiased) != 0;
     const bool has_more = (header.flags & kHasExtensions) != 0;
     const auto records = content.substr(kHeaderSize + static_cast<std::size_t>(needed));
     const bool is_mirrored = has_more && read_extensions(records, out);
-    if (out.fault.empty()) read_rows(header, content, is_mirrored, out);
+    if (out.fault.empty()) read_rows(header, content.data() + kHeaderSize, is_mirrored, out);
 }
 
 }  // namespace brushgs

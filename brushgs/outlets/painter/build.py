@@ -37,6 +37,9 @@ FLAGS = (
     *("-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),  # BRUSHGS_FLAGS of CMakeLists.txt
     *("-fno-exceptions", "-fno-rtti", "-DBRUSHGS_ALONE", "-DBRUSHGS_ISA=baseline"),
 )
+ZIG_SOURCE = "wasm/zstd.zig"
+# Checks stay, as files may be hostile: what is out of bounds stops the module.
+ZIG_FLAGS = ("-target", "wasm32-wasi", "-O", "ReleaseSafe", "-fstrip")
 LACKING = (
     "painter: the page is compiled by the package ziglang, which is missing; pip install 'brushgs[browser]'"
 )
@@ -75,10 +78,19 @@ def _folder() -> Path:
 
 def _compile(folder: Path, output: Path, cache: Path) -> None:
     sources = [str(folder / name) for name in SOURCES]
-    command = [sys.executable, "-m", "ziglang", "c++", *FLAGS, "-I", str(folder / "include"), *sources]
+    unpacking = output.with_suffix(".o")
+    try:
+        _run_zig(["build-obj", *ZIG_FLAGS, str(folder / ZIG_SOURCE), f"-femit-bin={unpacking}"], cache)
+        made = ["-I", str(folder / "include"), *sources, str(unpacking)]
+        _run_zig(["c++", *FLAGS, *made, "-o", str(output)], cache)
+    finally:
+        unpacking.unlink(missing_ok=True)
+
+
+def _run_zig(words: list[str], cache: Path) -> None:
     cached = {"ZIG_GLOBAL_CACHE_DIR": str(cache), "ZIG_LOCAL_CACHE_DIR": str(cache)}
     done = subprocess.run(
-        [*command, "-o", str(output)],
+        [sys.executable, "-m", "ziglang", *words],
         env={**cached, **os.environ},
         capture_output=True,
         text=True,
@@ -91,9 +103,9 @@ def _compile(folder: Path, output: Path, cache: Path) -> None:
 
 def _digest(folder: Path) -> str:
     """Of all that the module is made of: sources, headers and flags; one ziglang gives one module for it."""
-    digest = hashlib.sha256("\n".join(FLAGS).encode())
+    digest = hashlib.sha256("\n".join((*FLAGS, *ZIG_FLAGS)).encode())
     for path in sorted(
-        [*(folder / name for name in SOURCES), *(folder / "include" / "brushgs").glob("*.hpp")]
+        [*(folder / name for name in (*SOURCES, ZIG_SOURCE)), *(folder / "include" / "brushgs").glob("*.hpp")]
     ):
         digest.update(path.name.encode() + b"\0" + path.read_bytes())
     return digest.hexdigest()[:32]

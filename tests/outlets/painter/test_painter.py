@@ -193,7 +193,7 @@ def test_a_look_has_its_colors_brushes_ground_and_number_of_strokes(painter, tmp
     wait_until(painter, DONE)
 
 
-@for_each("version, degree", [(1, 0), (2, 1), (3, 2), (3, 4)])
+@for_each("version, degree", [(1, 0), (2, 1), (3, 2), (3, 4), (4, 0), (4, 2), (4, 4)])
 @for_each("axes", [0, 3, 5, 9, 16])
 def test_spz_of_every_version_and_handedness_is_read(painter, tmp_path, version, degree, axes):
     made = spz_format.make(64, degree)
@@ -388,6 +388,7 @@ def ply(*lines, rows=b""):
 
 NAMES = "x y z f_dc_0 f_dc_1 f_dc_2 opacity scale_0 scale_1 scale_2 rot_0 rot_1 rot_2 rot_3"
 COLUMNS = [f"property float {name}" for name in NAMES.split()]
+LATEST = spz_format.encode(spz_format.make(9), 4)
 REFUSED = {
     "empty.ply": b"",
     "cut.ply": ply("element vertex 9", *COLUMNS, rows=bytes(100)),
@@ -402,6 +403,11 @@ REFUSED = {
     "odd.splat": bytes(range(200, 233)) * 3,
     "cut.spz": spz_format.encode(spz_format.make(9), 3, packed=False)[:-1],
     "head.spz": b"NGSP\3\0\0",
+    "head_4.spz": LATEST[:24],
+    "cut_4.spz": LATEST[:-1],
+    "table.spz": LATEST[:16] + b"\xff\xff\0\0" + LATEST[20:],
+    "streams.spz": LATEST[:15] + b"\7" + LATEST[16:],
+    "sizes.spz": LATEST[:40] + b"\1" + LATEST[41:],
     "future.spz": b"NGSP\7\0\0\0" + bytes(8),
     "none.spz": b"NGSP\3\0\0\0" + bytes(8),
     "degree.spz": b"NGSP\3\0\0\0\1\0\0\0\5\0\0\0",

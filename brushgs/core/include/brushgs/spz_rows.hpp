@@ -1,4 +1,4 @@
-// Niantic's SPZ, versions 1 to 3 -> columns of drawable Gaussians. The contract is that of
+// Niantic's SPZ, versions 1 to 4 -> columns of drawable Gaussians. The contract is that of
 // brushgs/formats/scenes/spz.py and spz_container.py, which know the sources.
 #pragma once
 
