@@ -22,7 +22,7 @@ PAINT = """
     const { canvas, controls, painter, look, contents } = brushgs;
     const { width, height } = contents.header.camera;
     Object.assign(canvas, { width, height });
-    painter.paint(controls.restingCamera(width, height), look);
+    painter.paint(controls.restingCamera(width, height), { ...look, ...OPTIONS });
     canvas.toBlob((blob) => {
       const reader = new FileReader();
       reader.onload = () => done(reader.result.split(",")[1]);
@@ -32,14 +32,23 @@ PAINT = """
 """
 
 
-@for_each(("look", "least"), [("oil", 48), ("ink", 48), ("watercolour", 34), ("charcoal", 34)])
-def test_a_page_shows_what_render_paints(firefox, tmp_path, look, least):
+@for_each(
+    ("look", "least", "options"),
+    [
+        ("oil", 48, "{}"),
+        ("ink", 48, "{}"),
+        ("watercolour", 34, "{}"),
+        ("watercolour", 34, "{ isWhole: false, wetStep: 1 }"),  # as it moves
+        ("charcoal", 34, "{}"),
+    ],
+)
+def test_a_page_shows_what_render_paints(firefox, tmp_path, look, least, options):
     camera = still_life_camera(width=240, height=180)
     painting, background = painted_in(look, still_life_of(2000), camera, lock="canonical")
     path = tmp_path / f"{look}.html"
     view = PageView(np.array((0.0, -1, 0)), np.zeros(3), 1.0, False)
     write_page(painting, camera, path, view=view, title="", command=("", ()), background=background)
     firefox.open(path)
-    (tmp_path / "page.png").write_bytes(base64.b64decode(firefox.evaluate(PAINT)))
+    (tmp_path / "page.png").write_bytes(base64.b64decode(firefox.evaluate(PAINT.replace("OPTIONS", options))))
     page = read_image(tmp_path / "page.png")
     assert psnr(page, on_ground(painting, camera, background)) >= least

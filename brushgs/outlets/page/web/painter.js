@@ -119,8 +119,8 @@ class Painter {
   _sourceOf(i) {
     const coat = this._coats[i], { header } = coat;
     if (!header.washes) return coat;
-    const own = { ...header, blend: "cover", shDegree: header.washes.shDegree, arrays: { ...header.arrays, sh: header.arrays.washSh } };
-    return (this._sources[i] ??= this._newCoat(own));
+    const { shDegree } = header.washes, arrays = { ...header.arrays, sh: header.arrays.washSh };
+    return (this._sources[i] ??= this._newCoat({ ...header, blend: "cover", shDegree, arrays }));
   }
 
   /** Whether there are effects that take time where they are made as a whole. */

@@ -49,7 +49,8 @@ class WetPicture {
       this._pass("wet_means.frag", ["HOLES"], ["means"], [null, null, null, "soft"], numbers);
       this._blur("means", "across", "around", [], Array(4).fill(SHARED.WET_HOLE));
     }
-    this._pass("wet_space.frag", [], ["space"], ["soft", "softDetail"], { ...numbers, uPlace: this._placeOf("soft", "space") });
+    const uPlace = this._placeOf("soft", "space");
+    this._pass("wet_space.frag", [], ["space"], ["soft", "softDetail"], { ...numbers, uPlace });
     this._pass("wet_key.frag", kinds, ["keyed"], ["soft", "space", "around"], numbers);
     if (facts.key) this._run(facts.smoothing[1]);
     const inputs = ["keyed", "space", facts.key ? "wide" : "keyed"];
@@ -60,14 +61,16 @@ class WetPicture {
       this._blur("means", "across", "outlines", ["COVER"], widths);
       this._blur("outlines", "across", "cores", ["CORES"], widths);
     }
-    this._pass("wet_mix.frag", kinds, ["paint", "more"], [...inputs, "rims", "outlines", "cores", "border", "softDetail"], numbers);
+    inputs.push("rims", "outlines", "cores", "border", "softDetail");
+    this._pass("wet_mix.frag", kinds, ["paint", "more"], inputs, numbers);
     return { width, height, textures: [this._textures.paint, this._textures.more] };
   }
 
   /** Smooth keyed colors as far as a wash lets them run. */
   _run({ 0: width, 1: edge, 2: wet, 3: loose }) {
-    const uSigma = width * this._diagonal, uFar = Math.ceil(RUN_REACH * uSigma);
-    this._pass("wet_hold.frag", [], ["row", "column"], ["keyed", "space"], { uLow: this._placeOf("space", "keyed"), uSigma, uWash: [edge, wet, loose] });
+    const uSigma = width * this._diagonal, uFar = Math.ceil(RUN_REACH * uSigma), uLow = this._placeOf("space", "keyed");
+    const numbers = { uLow, uSigma, uWash: [edge, wet, loose] };
+    this._pass("wet_hold.frag", [], ["row", "column"], ["keyed", "space"], numbers);
     this._pass("wet_run.frag", [], ["paint"], ["row", "column"], { uAlong: [1, 0], uFar });
     this._pass("wet_run.frag", [], ["wide"], ["paint", "column"], { uAlong: [0, 1], uFar });
   }
@@ -75,8 +78,8 @@ class WetPicture {
   /** Blur four planes by deviations in diagonals, by way of a layer across; `kinds` decide what they are made of. */
   _blur(from, across, to, kinds, widths) {
     const sigmas = widths.map((width) => (width * this._diagonal) / this._stepOf(to));
-    const numbers = { uRates: sigmas.map((sigma) => Math.SQRT2 / (WIDEST * sigma)), uFar: Math.ceil(BLUR_REACH * Math.max(...sigmas)) };
-    const along = (uAlong, one, other) => ({ ...numbers, uAlong, uPlace: this._placeOf(one, other) });
+    const uRates = sigmas.map((sigma) => Math.SQRT2 / (WIDEST * sigma)), uFar = Math.ceil(BLUR_REACH * Math.max(...sigmas));
+    const along = (uAlong, one, other) => ({ uRates, uFar, uAlong, uPlace: this._placeOf(one, other) });
     this._pass("wet_blur.frag", kinds, [across], [from], along([1, 0], from, across));
     this._pass("wet_blur.frag", [], [to], [across], along([0, 1], across, to));
   }

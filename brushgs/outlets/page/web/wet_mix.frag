@@ -73,5 +73,6 @@ void main() {
 #endif
   float grain = clamp(1.3 * (means.x + means.y), 0.12, 1.0) * (1.0 - uAtFocus * noise.z);
   oPaint = vec4(densities * factors, cover);
-  oMore = vec4((uLight.x + uLightFlow * noise.x - tone) / uLight.y, grain, strength, uMiddle + texelFetch(uSoftDetail, pixel, 0).g / max(keyed.a, 1e-6));
+  float depth = uMiddle + texelFetch(uSoftDetail, pixel, 0).g / max(keyed.a, 1e-6);
+  oMore = vec4((uLight.x + uLightFlow * noise.x - tone) / uLight.y, grain, strength, depth);
 }
