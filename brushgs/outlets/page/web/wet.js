@@ -98,11 +98,20 @@ class WetPicture {
     return this._sizeOf(layer).map((side) => this._stepOf(other) / this._stepOf(layer) / side);
   }
 
+  /** Heights above the ground that a subject stands on, for wet_mix.frag. */
+  _aboveGround(ground, camera) {
+    if (!ground) return [0, 0, 0, 1];
+    const { fx, fy, cx, cy, viewmat } = camera, [, reach] = SHARED.WET_CONTACT;
+    const [right, down, away] = [0, 4, 8].map((row) => dot3(viewmat.subarray(row), ground));
+    const across = right / fx, up = -down / fy, eye = dot3(camera.eye(new Float64Array(3)), ground) + ground[3];
+    return [across, up, away - across * cx - up * (this._size[1] - cy), eye].map((one) => one / reach);
+  }
+
   /** The uniforms of all passes that map colors. */
-  _numbers({ key, washes, anchor, isRoom, towards }, camera) {
+  _numbers({ key, washes, anchor, towards, ground, losing = 1 }, camera) {
     const { fx, fy, cx, cy, viewmat: m } = camera;
     const { center, scale, focus, reach, seed } = anchor, placed = (point) => point.map((x, k) => (x - center[k]) / scale);
-    const lost = washes.lost, lamp = towards ? [0, 4].map((row) => dot3(m.subarray(row), towards)) : SHARED.WET_FROM_ABOVE;
+    const lamp = towards ? [0, 4].map((row) => dot3(m.subarray(row), towards)) : SHARED.WET_FROM_ABOVE;
     const { low = 0, high = 1, darkest = 0, gamma = 1, chroma = 1, solid = 1 } = key ?? {};
     return {
       uSize: this._size, uLens: [fx, fy, cx, cy],
@@ -114,7 +123,8 @@ class WetPicture {
       uShares: washes.shares, uSteps: washes.steps, uHardness: washes.hardness, uMasses: washes.masses,
       uWander: washes.wander, uAtFocus: washes.at_focus, uRimShares: washes.rims, uFlows: washes.flows,
       uDips: washes.dips, uCrests: washes.crests, uLight: washes.light, uLightFlow: washes.light_noise[1],
-      uLost: lost, uLamp: lamp, uWidths: LOST_WIDTHS.map((one) => (one * this._diagonal) / this._stepOf("cores")),
+      uLost: [...washes.lost, losing], uLamp: lamp, uGround: this._aboveGround(ground, camera),
+      uWidths: LOST_WIDTHS.map((one) => (one * this._diagonal) / this._stepOf("cores")),
     };
   }
 

@@ -21,13 +21,14 @@ uniform vec2 uTiny;  // of the smaller ones
 uniform vec3 uWidths;  // in those, pixels
 uniform float uMiddle;
 uniform vec2 uLamp;  // right, down
+uniform vec4 uGround;  // height above it in reaches: times depth by pixel coordinates, and of the eye
 uniform vec3 uRimShares;
 uniform vec2 uFlows;
 uniform vec3 uDips;
 uniform vec3 uCrests;
 uniform vec2 uLight;
 uniform float uLightFlow;
-uniform float uLost[6];
+uniform float uLost[7];
 
 layout(location = 0) out vec4 oPaint;
 layout(location = 1) out vec4 oMore;
@@ -61,18 +62,20 @@ void main() {
   factors.x *= 1.0 - uDips.x * exp(-dip * dip) + uCrests.x * exp(-crest * crest) * (1.0 - noise.z);
   factors.xy *= 1.0 + uFlows * noise.x;
   float strength = texelFetch(uBorder, pixel, 0).r, cover = 0.0;
+  float depth = uMiddle + texelFetch(uSoftDetail, pixel, 0).g / max(keyed.a, 1e-6);
 #ifndef SHADOW
   cover = smoothed((keyed.a - WET_PAPER.x) / WET_PAPER.y);
 #ifndef HOLES
   vec2 lost = lostAt(gl_FragCoord.xy * uTiny, 4.0 * uTiny);
-  float score = uLost[2] * noise.y - uLost[3] * noise.z + uLost[4] * lost.y - uLost[5] * tone;
-  float kept = 1.0 - smoothed((score - uLost[0]) / uLost[1]) * (1.0 - smoothed(1.0 - 2.0 * lost.x));
+  float height = depth * dot(uGround.xyz, vec3(gl_FragCoord.xy, 1)) + uGround.w;
+  float side = lost.y - WET_CONTACT.x * (1.0 - smoothed(height));
+  float score = uLost[2] * noise.y - uLost[3] * noise.z + uLost[4] * side - uLost[5] * tone;
+  float kept = 1.0 - smoothed((score - uLost[0]) / uLost[1]) * (1.0 - smoothed(1.0 - 2.0 * uLost[6] * lost.x));
   strength *= kept * smoothed(WET_SPILL * keyed.a);
   cover *= WET_VEIL + (1.0 - WET_VEIL) * kept;
 #endif
 #endif
   float grain = clamp(1.3 * (means.x + means.y), 0.12, 1.0) * (1.0 - uAtFocus * noise.z);
   oPaint = vec4(densities * factors, cover);
-  float depth = uMiddle + texelFetch(uSoftDetail, pixel, 0).g / max(keyed.a, 1e-6);
   oMore = vec4((uLight.x + uLightFlow * noise.x - tone) / uLight.y, grain, strength, depth);
 }
