@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from brushgs.values.arrays import F32, Array
+from brushgs.values.arrays import F32, F64, Array
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.part import Part
@@ -82,12 +82,25 @@ def positions_of(depth: Array, camera: Camera, corner: tuple[int, int] = (0, 0))
     `corner` is the column and row of the upper left pixel. Where nothing is painted (depth 0), the point is
     the center of the camera.
     """
+    across, down, ahead, eye = _rays(depth, camera, corner)
+    rays = (across[None] + down[:, None] + ahead).astype(np.float32)
+    return np.asarray(rays * depth[..., None].astype(np.float32) + eye.astype(np.float32))
+
+
+def heights_of(depth: Array, camera: Camera, plane: Sequence[float], corner: tuple[int, int] = (0, 0)) -> F64:
+    """[H, W] products of these positions (x, y, z, 1) with a plane of four numbers."""
+    across, down, ahead, eye = _rays(depth, camera, corner)
+    normal = np.asarray(plane[:3])
+    rays = (across @ normal)[None] + (down @ normal + ahead @ normal)[:, None]
+    return np.asarray(rays * depth + (eye @ normal + plane[3]))
+
+
+def _rays(depth: Array, camera: Camera, corner: tuple[int, int]) -> tuple[F64, F64, F64, F64]:
+    """[W, 3], [H, 3] and [3], whose sum is the ray of a pixel per camera z, and the eye [3]; world axes."""
     height, width = depth.shape
     inverse = np.linalg.inv(camera.K)
-    to_world = np.linalg.inv(camera.viewmat)
+    to_world = np.asarray(np.linalg.inv(camera.viewmat), np.float64)
     columns = np.arange(corner[0], corner[0] + width) + 0.5
     rows = np.arange(corner[1], corner[1] + height) + 0.5
-    across = (to_world[:3, :3] @ inverse[:, 0])[None, :] * columns[:, None]
-    down = (to_world[:3, :3] @ inverse[:, 1])[None, :] * rows[:, None]
-    rays = (across[None] + down[:, None] + to_world[:3, :3] @ inverse[:, 2]).astype(np.float32)
-    return np.asarray(rays * depth[..., None].astype(np.float32) + to_world[:3, 3].astype(np.float32))
+    across, down, ahead = (np.asarray(to_world[:3, :3] @ inverse[:, k]) for k in range(3))
+    return across[None] * columns[:, None], down[None] * rows[:, None], ahead, to_world[:3, 3]

@@ -16,7 +16,7 @@ import numpy as np
 
 from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
-from brushgs.rendering.effect import OfWhole, positions_of
+from brushgs.rendering.effect import OfWhole, heights_of
 from brushgs.rendering.space_noise import Anchor, space_noise
 from brushgs.values.arrays import F64, Array, smoothstep
 from brushgs.values.camera import Camera
@@ -229,7 +229,7 @@ class WetLayer(_Running):
         found = _outlines(part.alpha, LOSS * part.diagonal, self._lamp_in(part.camera))
         if self.ground is not None:
             corner = int(part.columns.start), int(part.rows.start)
-            heights = positions_of(part.depth, part.camera, corner) @ self.ground[:3] + self.ground[3]
+            heights = heights_of(part.depth, part.camera, self.ground, corner)
             found[..., 1] -= CONTACT[0] * (1 - smoothstep(heights / CONTACT[1]))
         return found
 
