@@ -1,6 +1,7 @@
 // A canvas whose coats may have effects, which are made as a whole where a picture rests: made.js computes them.
 
 const MOST_MADE = 500000; // pixels of washes and rubbed tones that are made, in some tenths of a second
+const MOST_QUICK = 2 << 20; // pixels of washes in motion, each with some 80 bytes of textures
 
 /** A `Canvas` that lays effects that were made. */
 class EffectCanvas extends Canvas {
@@ -40,10 +41,11 @@ class EffectCanvas extends Canvas {
    * Lay the washes of a coat, made by the graphics processor.
    *
    * @param {CoatPainter} source the strokes that they are made of
-   * @param {number} step pixels of the picture along one of the layers; for the others see `WetPicture`
+   * @param {number} step pixels of the picture along one of the layers, more where it is large; see `WetPicture`
    */
   layQuickWashes(i, source, step, camera, head, drawing) {
     this._wet ??= new WetPicture(this.gl, this._programs);
+    step = Math.max(step, Math.sqrt((camera.width * camera.height) / MOST_QUICK));
     const size = { camera: smallerCamera(camera, step), sheet: sheetOf(camera, step) };
     const made = this._wet.make(this._header.coats[i].washes, source, size, head, drawing);
     this._bindCoatTarget(i);
