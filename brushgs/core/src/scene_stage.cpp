@@ -88,15 +88,11 @@ private:
         const Outline outline = outline_in(
             {rgb.data(), alpha.data(), height, width, small_.viewmat, small_.fx, small_.fy, small_.cx, small_.cy},
             place, profile_.view(), site_.ground.extent, oklab_);
-        Doubles paint(subject.count);
-        projected_areas(subject.scales.data(), subject.count, 0.0, 1, paint.data());
-        for (std::size_t i = 0; i < paint.size(); ++i) paint[i] *= static_cast<double>(subject.opacities[i]);
-        return choose_tones(outline,
-                            {.mean = mean_lab(subject.sh.data(), subject.sh_terms, paint.data(), subject.count, oklab_),
-                             .low = 0,
-                             .high = 1,
-                             .ground = site_.ground.is_found ? site_.ground.tone.data() : nullptr,
-                             .values = options_.values});
+        return choose_tones(outline, {.mean = mean_lab(subject, oklab_),
+                                      .low = 0,
+                                      .high = 1,
+                                      .ground = site_.ground.is_found ? site_.ground.tone.data() : nullptr,
+                                      .values = options_.values});
     }
 
     GaussianColumns laid(const StageTones& tones, const GroundView* ground) const {
@@ -131,6 +127,13 @@ private:
 };
 
 }  // namespace
+
+std::array<double, 3> mean_lab(const GaussianColumns& gaussians, const Oklab& oklab) {
+    Doubles paint(gaussians.count);
+    projected_areas(gaussians.scales.data(), gaussians.count, 0.0, 1, paint.data());
+    for (std::size_t i = 0; i < paint.size(); ++i) paint[i] *= static_cast<double>(gaussians.opacities[i]);
+    return mean_lab(gaussians.sh.data(), gaussians.sh_terms, paint.data(), gaussians.count, oklab);
+}
 
 StagedStrokes staged_strokes(const SceneColumns& scene, const GaussianColumns& strokes, const StageOptions& options) {
     if (scene.count == 0 || strokes.count == 0) return {{}, strokes.opacities, strokes.sh};

@@ -11,7 +11,6 @@
 #include "brushgs/colors.hpp"
 #include "brushgs/first_view.hpp"
 #include "brushgs/framing.hpp"
-#include "brushgs/moments.hpp"
 #include "brushgs/quats.hpp"
 #include "brushgs/rows.hpp"
 #include "brushgs/scene_rows.hpp"
@@ -82,20 +81,8 @@ void choose(Paint& paint, double material, const double* cones_from_rgb, const d
 // scene, and a shift of a and b.
 void tone(const brushgs::GaussianColumns& whole, double lightness, double complement, const double* warmth,
           const brushgs::Oklab& oklab) {
-    std::vector<double> paint(whole.count);
-    brushgs::projected_areas(whole.scales.data(), whole.count, 0.0, 1, paint.data());
-    double sum = 0, mean[2] = {};
-    for (std::size_t i = 0; i < whole.count; ++i) {
-        const float* const sh = whole.sh.data() + 3 * whole.sh_terms * i;
-        const auto lab =
-            oklab.lab_of({brushgs::base_color(sh, 0), brushgs::base_color(sh, 1), brushgs::base_color(sh, 2)});
-        const double weight = paint[i] * static_cast<double>(whole.opacities[i]);
-        sum += weight;
-        for (std::size_t k = 0; k < 2; ++k) mean[k] += weight * lab[k + 1];
-    }
-    brushgs::Oklab::Color color{lightness, 0, 0};
-    for (std::size_t k = 0; k < 2; ++k) color[k + 1] = warmth[k] - (sum > 0 ? complement * mean[k] / sum : 0);
-    color = oklab.rgb_of(color);
+    const auto mean = brushgs::mean_lab(whole, oklab);
+    const auto color = oklab.rgb_of({lightness, warmth[0] - complement * mean[1], warmth[1] - complement * mean[2]});
     std::ranges::transform(color, ground_color, [](double value) { return std::clamp(value, 0.0, 1.0); });
 }
 
@@ -254,9 +241,12 @@ BRUSHGS_EXPORT(frame) void frame(double* numbers) {
     }
     const brushgs::Eye eye = brushgs::fit_eye(points.data(), points.size() / 3, numbers + 9);
     double place[3] = {}, middle[3] = {}, ahead = 0, squares = 0;
-    for (std::size_t i = 0; i < 9; ++i) {
-        place[i % 3] += eye.place[i / 3] * numbers[i];
-        middle[i % 3] += sides_along(level_axes + i - i % 3).middle() * level_axes[i];
+    for (std::size_t axis = 0; axis < 9; axis += 3) {
+        const double across = eye.place[axis / 3], center = sides_along(level_axes + axis).middle();
+        for (std::size_t k = 0; k < 3; ++k) {
+            place[k] += across * numbers[axis + k];
+            middle[k] += center * level_axes[axis + k];
+        }
     }
     for (std::size_t i = 0; i < framed.points.size(); i += 3) {
         const double* const point = &framed.points[i];

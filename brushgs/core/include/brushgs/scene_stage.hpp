@@ -3,9 +3,13 @@
 // calls too; only the random numbers are others.
 #pragma once
 
+#include "brushgs/colors.hpp"
 #include "brushgs/scene_strokes.hpp"
 
 namespace brushgs {
+
+// The mean color of Gaussians by their paint, OKLab.
+std::array<double, 3> mean_lab(const GaussianColumns& gaussians, const Oklab& oklab);
 
 struct StageOptions {
     PictureView view;                               // that the scene is first seen in

@@ -121,15 +121,26 @@ function outlines(solid, size, [right, down]) {
   return [fades.map((fade) => 1 - fade), filled(sides, (i) => sides[i] / weights[i])];
 }
 
-/** Takes from sides of the lamp where a subject stands, `ground` as that of `WetLayer`. */
+/** Takes from sides of the lamp where a subject stands. */
 function awayFromGround(side, ground, { width, depths }, camera) {
-  const { fx, fy, cx, cy, viewmat } = camera, [less, reach] = SHARED.WET_CONTACT;
-  const [right, down, away] = [0, 4, 8].map((row) => dot3(viewmat.subarray(row), ground));
-  const eye = dot3(camera.eye(new Float64Array(3)), ground) + ground[3];
+  const [less] = SHARED.WET_CONTACT, [across, down, ahead, eye] = heightsAbove(ground, camera);
   for (let i = 0; i < side.length; i++) {
-    const x = (right * ((i % width) + 0.5 - cx)) / fx, y = (down * (Math.floor(i / width) + 0.5 - cy)) / fy;
-    side[i] -= less * (1 - smoothed((depths[i] * (x + y + away) + eye) / reach));
+    const ray = across * ((i % width) + 0.5) + down * (Math.floor(i / width) + 0.5) + ahead;
+    side[i] -= less * (1 - smoothed(depths[i] * ray + eye));
   }
+}
+
+/**
+ * Heights in a view above the ground that a subject stands on, in reaches of its contact: depth times the product of
+ * (x, y, 1), in pixels from the upper left corner, with the first three numbers; plus the fourth.
+ *
+ * @param {number[]} ground [4] as that of `WetLayer`
+ */
+function heightsAbove(ground, camera) {
+  const { fx, fy, cx, cy, viewmat } = camera, [, reach] = SHARED.WET_CONTACT;
+  const [right, down, ahead] = [0, 4, 8].map((row) => dot3(viewmat.subarray(row), ground));
+  const eye = dot3(camera.eye(new Float64Array(3)), ground) + ground[3];
+  return [right / fx, down / fy, ahead - (right * cx) / fx - (down * cy) / fy, eye].map((one) => one / reach);
 }
 
 /** One wash in the color of its strokes, over the area that they cover. */

@@ -98,13 +98,11 @@ class WetPicture {
     return this._sizeOf(layer).map((side) => this._stepOf(other) / this._stepOf(layer) / side);
   }
 
-  /** Heights above the ground that a subject stands on, for wet_mix.frag. */
+  /** `heightsAbove` a ground, by pixels from the lower left corner. */
   _aboveGround(ground, camera) {
     if (!ground) return [0, 0, 0, 1];
-    const { fx, fy, cx, cy, viewmat } = camera, [, reach] = SHARED.WET_CONTACT;
-    const [right, down, away] = [0, 4, 8].map((row) => dot3(viewmat.subarray(row), ground));
-    const across = right / fx, up = -down / fy, eye = dot3(camera.eye(new Float64Array(3)), ground) + ground[3];
-    return [across, up, away - across * cx - up * (this._size[1] - cy), eye].map((one) => one / reach);
+    const [across, down, ahead, eye] = heightsAbove(ground, camera);
+    return [across, -down, ahead + down * this._size[1], eye];
   }
 
   /** The uniforms of all passes that map colors. */
