@@ -45,16 +45,15 @@ template <class T>
 std::vector<std::uint8_t> find_crumbs(const SceneView<T>& scene, const double* up, double foot, double height) {
     std::vector<std::uint8_t> found(scene.count);
     if (scene.count == 0) return found;
-    std::vector<double> extents, paint(scene.count);
+    std::vector<double> extents;
     const std::size_t step = (scene.count + kSample - 1) / kSample;
     for (std::size_t row = 0; row < scene.count; row += step) extents.push_back(extents_of(scene, row, up).upright);
     const double usual = percentile(extents, 0.5) / height;
-    projected_areas(scene.scales, scene.count, 0.0, 1, paint.data());
+    const std::vector<double> paint = paint_of(scene.scales, scene.opacities, scene.count, 1);
     double sum = 0, of_crumbs = 0;
     for (std::size_t row = 0; row < scene.count; ++row) {
         const T *mean = scene.means + 3 * row, *scales = scene.scales + 3 * row;
         const auto opacity = static_cast<double>(scene.opacities[row]);
-        paint[row] *= opacity;
         sum += paint[row];
         double above = 0;
         for (std::size_t axis = 0; axis < 3; ++axis) above += static_cast<double>(mean[axis]) * up[axis];

@@ -16,11 +16,6 @@ constexpr double kShadow = 0.62, kShadowRange = 0.4;  // OKLab L at which they b
 constexpr double kLight = 0.62, kLightRange = 0.35;
 constexpr double kHue = 2;  // weight of a and b over that of L: two pigments should differ in hue
 
-template <class T>
-Oklab::Color base_of(const T* sh) {
-    return {base_color(sh, 0), base_color(sh, 1), base_color(sh, 2)};
-}
-
 // The root of the painted area of each stroke, relative to the largest one: not areas, so that accents keep their
 // colors.
 template <class T>
@@ -50,7 +45,7 @@ void grade(const Grading& grading, const double* cones_from_rgb, const double* l
     const Oklab oklab(cones_from_rgb, lab_from_roots);
     for (std::size_t i = 0; i < count; ++i) {
         T* const row = sh + 3 * sh_terms * i;
-        const Oklab::Color color = base_of(row), lab = oklab.lab_of(color);
+        const Oklab::Color color = base_rgb(row), lab = oklab.lab_of(color);
         const double dark = std::clamp((kShadow - lab[0]) / kShadowRange, 0.0, 1.0);
         const double light = std::clamp((lab[0] - kLight) / kLightRange, 0.0, 1.0);
         Oklab::Color graded{grading.pivot + (lab[0] - grading.pivot) * grading.contrast};
@@ -73,7 +68,7 @@ void mix_pigments(const PaintedStrokes<T>& strokes, const Pigments& pigments, do
     std::vector<Oklab::Color> labs(strokes.count);
     std::vector<float> points;
     for (std::size_t i = 0; i < strokes.count; ++i) {
-        labs[i] = oklab.lab_of(base_of(strokes.sh + 3 * strokes.sh_terms * i));
+        labs[i] = oklab.lab_of(base_rgb(strokes.sh + 3 * strokes.sh_terms * i));
         for (std::size_t k = 0; k < 3; ++k) points.push_back(static_cast<float>(labs[i][k] * (k == 0 ? 1 : kHue)));
     }
     const std::size_t count = std::min(pigments.num_pigments, strokes.count);

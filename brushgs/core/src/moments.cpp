@@ -74,6 +74,14 @@ void projected_areas(const T* scales, std::size_t count, double finest, int num_
 }
 
 template <class T>
+std::vector<double> paint_of(const T* scales, const T* opacities, std::size_t count, int num_threads) {
+    std::vector<double> paint(count);
+    projected_areas(scales, count, 0.0, num_threads, paint.data());
+    for (std::size_t i = 0; i < count; ++i) paint[i] *= static_cast<double>(opacities[i]);
+    return paint;
+}
+
+template <class T>
 void sum_covariances(const Covariances<T>& query) {
     for_each_row(query.num_groups, kGroupsPerItem, query.num_threads, [&](std::size_t group) {
         double within[9] = {}, between[9] = {}, axes[9];
@@ -147,6 +155,8 @@ template void seen_scales<float>(const float*, std::size_t, double, int, double*
 template void seen_scales<double>(const double*, std::size_t, double, int, double*);
 template void projected_areas<float>(const float*, std::size_t, double, int, double*);
 template void projected_areas<double>(const double*, std::size_t, double, int, double*);
+template std::vector<double> paint_of<float>(const float*, const float*, std::size_t, int);
+template std::vector<double> paint_of<double>(const double*, const double*, std::size_t, int);
 template void sum_covariances<float>(const Covariances<float>&);
 template void sum_covariances<double>(const Covariances<double>&);
 template void stop_groups<float>(const Stopping<float>&);

@@ -129,9 +129,7 @@ private:
 }  // namespace
 
 std::array<double, 3> mean_lab(const GaussianColumns& gaussians, const Oklab& oklab) {
-    Doubles paint(gaussians.count);
-    projected_areas(gaussians.scales.data(), gaussians.count, 0.0, 1, paint.data());
-    for (std::size_t i = 0; i < paint.size(); ++i) paint[i] *= static_cast<double>(gaussians.opacities[i]);
+    const Doubles paint = paint_of(gaussians.scales.data(), gaussians.opacities.data(), gaussians.count, 1);
     return mean_lab(gaussians.sh.data(), gaussians.sh_terms, paint.data(), gaussians.count, oklab);
 }
 

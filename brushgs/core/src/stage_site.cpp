@@ -48,7 +48,7 @@ StageSite find_site(const SceneView<T>& scene, const double* axes, const double*
         site.weights[i] *= static_cast<double>(scene.opacities[rows[i]]);
         site.weights[i] *= static_cast<double>(step);
         const T* const sh = scene.sh + 3 * scene.sh_terms * rows[i];
-        const auto lab = oklab.lab_of({base_color(sh, 0), base_color(sh, 1), base_color(sh, 2)});
+        const auto lab = oklab.lab_of(base_rgb(sh));
         site.lab.insert(site.lab.end(), lab.begin(), lab.end());
     }
     const Extent extent = robust_extent(means.data(), count, 1);

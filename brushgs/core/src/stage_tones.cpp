@@ -189,7 +189,7 @@ std::array<double, 3> mean_lab(const T* sh, std::size_t sh_terms, const double* 
     std::array<double, 3> mean{};
     double sum = 0;
     for (std::size_t i = 0; i < count; ++i, sh += 3 * sh_terms) {
-        const auto lab = oklab.lab_of({base_color(sh, 0), base_color(sh, 1), base_color(sh, 2)});
+        const auto lab = oklab.lab_of(base_rgb(sh));
         sum += weights[i];
         for (std::size_t k = 0; k < 3; ++k) mean[k] += weights[i] * lab[k];
     }

@@ -64,7 +64,7 @@ std::vector<Compared> compared(const BrushedStrokes<T>& strokes) {
         const auto [width, length] = larger_scales(scales);
         constexpr double least = std::numeric_limits<double>::min();
         found[i] = {{turned[thinnest], turned[3 + thinnest], turned[6 + thinnest]},
-                    oklab.lab_of({base_color(sh, 0), base_color(sh, 1), base_color(sh, 2)}),
+                    oklab.lab_of(base_rgb(sh)),
                     (std::log(std::max(width, least)) + std::log(std::max(length, least))) / 2};
     }
     return found;
@@ -139,9 +139,7 @@ template <class T>
 Surfaces surfaces_of(const BrushedStrokes<T>& strokes) {
     Surfaces surfaces{roughness_of(strokes), Doubles(strokes.count), Doubles(strokes.count)};
     if (strokes.count == 0) return surfaces;
-    Doubles paint(strokes.count);
-    projected_areas(strokes.scales, strokes.count, 0.0, strokes.num_threads, paint.data());
-    for (std::size_t i = 0; i < strokes.count; ++i) paint[i] *= static_cast<double>(strokes.opacities[i]);
+    const Doubles paint = paint_of(strokes.scales, strokes.opacities, strokes.count, strokes.num_threads);
     const double middle = std::clamp(middle_of(surfaces.roughness, paint), kLeastMiddle, kMostMiddle);
     const LightRange lights =
         light_range(PaintedStrokes<T>{strokes.scales, strokes.opacities, strokes.sh, strokes.count, strokes.sh_terms,
@@ -150,7 +148,7 @@ Surfaces surfaces_of(const BrushedStrokes<T>& strokes) {
     const Oklab oklab(strokes.cones_from_rgb, strokes.lab_from_roots);
     for (std::size_t i = 0; i < strokes.count; ++i) {
         const T* const sh = strokes.sh + 3 * strokes.sh_terms * i;
-        const double lightness = oklab.lab_of({base_color(sh, 0), base_color(sh, 1), base_color(sh, 2)})[0];
+        const double lightness = oklab.lab_of(base_rgb(sh))[0];
         const double away = (surfaces.roughness[i] - middle) / kWidth;
         surfaces.smooth[i] = smoothstep(-away) * smoothstep((lightness - lights.dark) / range);
         surfaces.rough[i] = smoothstep(away);

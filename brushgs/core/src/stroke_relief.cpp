@@ -42,7 +42,7 @@ template <class T>
 double lightness_of(const PaintedStrokes<T>& strokes, std::size_t row) {
     const T* const sh = strokes.sh + 3 * strokes.sh_terms * row;
     const Oklab oklab(strokes.cones_from_rgb, strokes.lab_from_roots);
-    return oklab.lab_of({base_color(sh, 0), base_color(sh, 1), base_color(sh, 2)})[0];
+    return oklab.lab_of(base_rgb(sh))[0];
 }
 
 }  // namespace

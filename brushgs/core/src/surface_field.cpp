@@ -53,9 +53,7 @@ struct Points {
 template <class T>
 Points points_of(const SurfaceQuery<T>& gaussians, int num_threads) {
     const std::size_t count = gaussians.count;
-    Doubles paint(count);
-    projected_areas(gaussians.scales, count, 0, num_threads, paint.data());
-    for (std::size_t i = 0; i < count; ++i) paint[i] *= static_cast<double>(gaussians.opacities[i]);
+    const Doubles paint = paint_of(gaussians.scales, gaussians.opacities, count, num_threads);
     Doubles ranked = paint;
     const auto rank = static_cast<std::ptrdiff_t>((1 - kSurface) * static_cast<double>(count));
     std::ranges::nth_element(ranked, ranked.begin() + rank);

@@ -18,6 +18,11 @@ double base_color(const T* sh, std::size_t channel) {
     return std::clamp(0.5 + kBand0 * static_cast<double>(sh[channel]), 0.0, 1.0);
 }
 
+template <class T>
+std::array<double, 3> base_rgb(const T* sh) {
+    return {base_color(sh, 0), base_color(sh, 1), base_color(sh, 2)};
+}
+
 // IEC 61966-2-1, negative values mirrored.
 inline double linear_of(double encoded) {
     const double size = std::abs(encoded);

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace brushgs {
 
@@ -21,6 +22,10 @@ template <class T>
 void projected_areas(const T* scales,  // [count, 3] half axes
                      std::size_t count, double finest, int num_threads,
                      double* areas);  // [count]
+
+// [count] the paint of Gaussians: such an area times opacity.
+template <class T>
+std::vector<double> paint_of(const T* scales, const T* opacities, std::size_t count, int num_threads);
 
 template <class T>
 struct Covariances {
