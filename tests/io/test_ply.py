@@ -39,8 +39,8 @@ def test_properties_are_found_by_name_and_others_of_any_type_are_skipped(tmp_pat
     mixed = {}
     for index, name in enumerate(np.random.default_rng(5).permutation(list(columns)).tolist()):
         if name not in ("nx", "ny", "nz"):
-            mixed |= {name: columns[name], f"extra_{index}": np.arange(20)}
-    types = {f"extra_{index}": kinds[index % 7] for index in range(len(columns))}
+            mixed |= {name: columns[name], f"extra:{index}": np.arange(20)}
+    types = {f"extra:{index}": kinds[index % 7] for index in range(len(columns))}
     header, data = element_bytes("vertex", mixed, encoding, types)
     if encoding == "ascii":  # blank lines are skipped
         data = b"\n" + data.replace(b"\n", b" \n\n")

@@ -221,7 +221,8 @@ def _copy(rows: NDArray[np.void], runs: list[_Run], out: F32) -> None:
 def _view(rows: NDArray[np.void], run: _Run) -> NDArray[Any]:
     """The properties of a run, [rows, properties]."""
     width = run.columns.stop - run.columns.start
-    return np.ndarray((len(rows), width), run.dtype, rows.data, run.offset, (rows.itemsize, run.step))
+    data = rows.view(np.uint8).data  # of rows themselves NumPy refuses it if a property has ":" in its name
+    return np.ndarray((len(rows), width), run.dtype, data, run.offset, (rows.itemsize, run.step))
 
 
 def _names_of_rest(channel: int, num_terms: int, start: int, stop: int) -> tuple[str, ...]:
