@@ -200,17 +200,24 @@ def _made(
     rows, columns = (axis_levels(count) for count in texture.coverage.shape)
     height = paint_height(texture) if heights and texture.height is not None else None
     made = stroke_levels(texture.coverage, codes, height, num_threads=num_threads)
+    shapes = [(max(paint.shape[0], 2), max(paint.shape[1], 2)) for paint, _ in made]
+    sizes = [num_rows * num_columns + 1 for num_rows, num_columns in shapes]
+    pairs = [np.empty(size, np.uint16) for size in sizes]
+    with_height = [np.empty(size, np.uint32) for size in sizes] if heights else []
+    _core.pack_levels(
+        coverages=[paint for paint, _ in made],
+        heights=[raised for _, raised in made if raised is not None],
+        pairs=pairs,
+        pairs_with_height=with_height,
+    )
     colors = [None] * len(codes) if texture.tint is None else tint_levels(texture, codes, num_threads)
-    for (u, v), (paint, raised), tints in zip(codes, made, colors, strict=True):
-        pairs = _paired(paint)
-        of_height = pairs if raised is None else _paired(raised)
+    for i, (u, v) in enumerate(codes):
+        tints = colors[i]
         yield Level(
-            np.append(pairs.ravel(), np.uint16(0)),
-            (pairs.shape[0], pairs.shape[1]),
+            pairs[i],
+            shapes[i],
             (columns[u].scale, rows[v].scale),
-            np.append((pairs | of_height.astype(np.uint32) << np.uint32(16)).ravel(), np.uint32(0))
-            if heights
-            else None,
+            with_height[i] if heights else None,
             None if tints is None else _packed_tints(tints),
         )
 
@@ -247,9 +254,3 @@ def _doubled(texels: NDArray[T]) -> NDArray[T]:
         if texels.shape[axis] == 1:
             texels = np.repeat(texels, 2, axis)
     return texels
-
-
-def _paired(texels: NDArray[np.uint8]) -> NDArray[np.uint16]:
-    """Texels, each with the one below it in the high byte; the last row with itself."""
-    words = _doubled(texels.astype(np.uint16))
-    return np.asarray(words | np.concatenate([words[1:], words[-1:]]) << np.uint16(8))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from brushgs.brushes.levels import FIRST_FOOTPRINT, axis_levels, level_coverage, level_index
+from brushgs.core.native import core as _core
 from tests.kit.for_each import for_each
 
 
@@ -113,3 +114,22 @@ def _integral(texels, scale_u, scale_v):
     for weights in (across, along):
         weights[[0, -1]] /= 2
     return across @ texels @ along * scale_u * scale_v
+
+
+@for_each("shape", [(1, 1), (1, 5), (4, 1), (6, 7)])
+def test_packed_levels_hold_each_texel_with_the_one_below(shape):
+    rng = np.random.default_rng(3)
+    coverage, height = rng.integers(0, 256, (2, *shape), np.uint8)
+    rows, columns = (max(count, 2) for count in shape)
+
+    def paired(texels):
+        words = np.broadcast_to(texels, (rows, columns)) if 1 in shape else texels
+        words = words.astype(np.uint32)
+        return np.append((words | np.concatenate([words[1:], words[-1:]]) << 8).ravel(), 0)
+
+    for heights in ([], [height]):
+        pairs, both = np.empty(rows * columns + 1, np.uint16), np.empty(rows * columns + 1, np.uint32)
+        _core.pack_levels(coverages=[coverage], heights=heights, pairs=[pairs], pairs_with_height=[both])
+        np.testing.assert_array_equal(pairs, paired(coverage))
+        raised = paired(height if heights else coverage).astype(np.uint32)
+        np.testing.assert_array_equal(both, paired(coverage) | raised << 16)

@@ -332,6 +332,19 @@ void fill_levels(In<std::uint8_t, 2> coverage, std::optional<In<std::uint8_t, 2>
     brushgs::fill_levels(image, along_u, along_v, levels, num_threads);
 }
 
+void pack_levels(const std::vector<In<std::uint8_t, 2>>& coverages, const std::vector<In<std::uint8_t, 2>>& heights,
+                 const std::vector<Out<std::uint16_t, 1>>& pairs,
+                 const std::vector<Out<std::uint32_t, 1>>& pairs_with_height) {
+    const nb::gil_scoped_release without_gil;
+    for (std::size_t i = 0; i < coverages.size(); ++i)
+        brushgs::pack_level({.coverage = coverages[i].data(),
+                             .height = heights.empty() ? nullptr : heights[i].data(),
+                             .rows = coverages[i].shape(0),
+                             .columns = coverages[i].shape(1),
+                             .pairs = pairs[i].data(),
+                             .with_height = pairs_with_height.empty() ? nullptr : pairs_with_height[i].data()});
+}
+
 void def_stroke_levels(nb::module_& m) {
     nb::class_<brushgs::LevelFilter>(m, "LevelFilter", "The weights of the texels of a source in those of a level.")
         .def(nb::init<std::size_t, std::size_t, double, double>(), nb::kw_only(), "num_source"_a, "num_texels"_a,
@@ -356,6 +369,9 @@ void def_stroke_levels(nb::module_& m) {
           "num_threads"_a,
           "Fill for each of L codes [L, 2], rows of the filters along u and v, an image of the coverage and, where "
           "there is a height, one of that; see stroke_levels.hpp.");
+    m.def("pack_levels", &pack_levels, nb::kw_only(), "coverages"_a.noconvert(), "heights"_a.noconvert(),
+          "pairs"_a.noconvert(), "pairs_with_height"_a.noconvert(),
+          "Write the texels of L levels as painters read them; no heights, or no pairs with height, are empty lists.");
 }
 
 }  // namespace

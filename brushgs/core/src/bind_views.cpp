@@ -4,6 +4,7 @@
 #include "bindings.hpp"
 #include "brushgs/first_view.hpp"
 #include "brushgs/framing.hpp"
+#include "brushgs/hull.hpp"
 #include "brushgs/subject.hpp"
 
 namespace bindings {
@@ -87,6 +88,15 @@ nb::tuple fit_eye(In<double, 2> points, const std::array<double, 2>& tangents) {
     return nb::make_tuple(std::to_array(eye.place), eye.distance);
 }
 
+auto hull_rows(In<double, 2> points, const std::array<std::uint32_t, 4>& simplex, std::size_t most, double thickness) {
+    std::vector<std::int64_t> found;
+    {
+        const nb::gil_scoped_release without_gil;
+        found = brushgs::hull_rows(points.data(), simplex, points.shape(0), most, thickness);
+    }
+    return to_array(std::move(found));
+}
+
 template <class T>
 void def_scenes(nb::module_& m) {
     m.def("find_subject", &find_subject<T>, "means"_a.noconvert(), "opacities"_a.noconvert(), "is_whole"_a,
@@ -145,6 +155,8 @@ void bind_views(nb::module_& m) {
           "Low and high corner of the space with the heaviest clump of points [N, 3]; None if there is only one.");
     m.def("fit_eye", &fit_eye, "points"_a.noconvert(), "tangents"_a,
           "The nearest eye [3] from which all points [N, 3] lie in the picture, and its distance; in camera axes.");
+    m.def("hull_rows", &hull_rows, "points"_a.noconvert(), nb::kw_only(), "simplex"_a, "most"_a, "thickness"_a,
+          "Ascending rows of the vertices of the convex hull of points [N, 3], at most `most`, see hull.hpp.");
     def_scenes<float>(m);
     def_scenes<double>(m);
     nb::class_<ViewSample>(m, "ViewSample", "Gaussians for pictures of a subject, in radii around its middle.")

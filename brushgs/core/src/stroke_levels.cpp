@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "brushgs/cpu.hpp"
 
@@ -165,6 +166,30 @@ void fill_levels(const StrokeImage& image, std::span<const LevelFilter* const> a
             }
         }
     });
+}
+
+void pack_level(const PackedLevel& level) {
+    const std::size_t rows = level.rows, columns = level.columns;
+    const std::size_t num_rows = std::max<std::size_t>(rows, 2), width = std::max<std::size_t>(columns, 2);
+    const auto pair_up = [&](const std::uint8_t* texels, auto* result, int shift, auto add) {
+        using Word = std::remove_reference_t<decltype(*result)>;
+        for (std::size_t y = 0; y < num_rows; ++y) {
+            const std::uint8_t* const here = texels + std::min(y, rows - 1) * columns;
+            const std::uint8_t* const below = texels + std::min(y + 1, rows - 1) * columns;
+            Word* const row = result + y * width;
+            for (std::size_t x = 0; x < columns; ++x) {
+                const auto pair = static_cast<std::uint32_t>(here[x] | below[x] << 8) << shift;
+                row[x] = static_cast<Word>(add ? row[x] | pair : pair);
+            }
+            if (columns == 1) row[1] = row[0];
+        }
+    };
+    pair_up(level.coverage, level.pairs, 0, false);
+    level.pairs[num_rows * width] = 0;
+    if (level.with_height == nullptr) return;
+    pair_up(level.coverage, level.with_height, 0, false);
+    pair_up(level.height == nullptr ? level.coverage : level.height, level.with_height, 16, true);
+    level.with_height[num_rows * width] = 0;
 }
 
 }  // namespace brushgs

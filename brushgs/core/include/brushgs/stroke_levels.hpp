@@ -56,4 +56,15 @@ struct StrokeImage {
 void fill_levels(const StrokeImage& image, std::span<const LevelFilter* const> along_u,
                  std::span<const LevelFilter* const> along_v, std::span<const StrokeLevel> levels, int num_threads);
 
+// The texels of a level [rows, columns] as painters read them: each with the one below it in the high byte, the last
+// row with itself, a single row or column twice, and a 0 behind. `height` is null where the coverage is the height too,
+// and `with_height` where no heights are asked for: it holds the pairs of the height above those of the coverage.
+struct PackedLevel {
+    const std::uint8_t *coverage, *height;
+    std::size_t rows, columns;
+    std::uint16_t* pairs;        // [max(rows, 2) x max(columns, 2) + 1]
+    std::uint32_t* with_height;  // the same; or null
+};
+void pack_level(const PackedLevel& level);
+
 }  // namespace brushgs
