@@ -5,17 +5,17 @@
 #include <type_traits>
 
 #include "brushgs/cpu.hpp"
+#include "brushgs/sum_rows.hpp"
 
 namespace brushgs {
 
 namespace {
 
-constexpr int kQuadrature = 4;       // midpoints on each side of a texel's hat
-constexpr double kTooSmall = 1e-6;   // a weight; 255 texels of it stay far below half a step of 8 bits
-constexpr double kFaintPaint = 2.0;  // of 255: the height of less is mostly noise, and fades to none
-constexpr double kCanvas = 127.5;    // the height where there is no paint
-constexpr std::size_t kRun = 16;     // columns that are summed in registers
-constexpr std::size_t kSpare = 8;    // columns: rows 4 KiB apart would fall on each other in the cache
+constexpr int kQuadrature = 4;         // midpoints on each side of a texel's hat
+constexpr double kTooSmall = 1e-6;     // a weight; 255 texels of it stay far below half a step of 8 bits
+constexpr double kFaintPaint = 2.0;    // of 255: the height of less is mostly noise, and fades to none
+constexpr double kCanvas = 127.5;      // the height where there is no paint
+constexpr std::size_t kAliased = 512;  // columns: rows 4 KiB apart would fall on each other in the cache
 
 // The hat function of a texel, clipped at the ends of the box, integrated from the left up to x.
 double hat_integral(double x, double texel, double last) {
@@ -60,6 +60,12 @@ double rounded(double value) {
     return (value + whole) - whole;
 }
 
+// Columns in memory for a row of some: whole runs, as single columns take as long as a run.
+std::size_t padded(std::size_t columns) {
+    const std::size_t whole = (columns + kRowRun - 1) / kRowRun * kRowRun;
+    return whole % kAliased == 0 ? whole + kRowRun : whole;
+}
+
 std::uint8_t byte_of(double value) { return static_cast<std::uint8_t>(std::clamp(rounded(value), 0.0, 255.0)); }
 
 }  // namespace
@@ -94,31 +100,18 @@ LevelFilter::LevelFilter(std::size_t num_source, std::size_t num_texels, double 
 }
 
 void LevelFilter::apply(const double* texels, std::size_t columns, double* result) const {
-    for (std::size_t i = 0; i < num_texels_; ++i) {
-        const double* const weights = &weights_[i * num_source_];
-        double* const row = result + i * columns;
-        std::size_t j = 0;
-        for (; j + kRun <= columns; j += kRun) {
-            double sums[kRun] = {};
-            for (std::size_t k = begins_[i]; k < ends_[i]; ++k) {
-                const double* const from = texels + k * columns + j;
-                for (std::size_t c = 0; c < kRun; ++c) sums[c] += weights[k] * from[c];
-            }
-            for (std::size_t c = 0; c < kRun; ++c) row[j + c] = sums[c];
-        }
-        for (; j < columns; ++j) {
-            double sum = 0;
-            for (std::size_t k = begins_[i]; k < ends_[i]; ++k) sum += weights[k] * texels[k * columns + j];
-            row[j] = sum;
-        }
-    }
+    const auto sum_rows = pick_kernel(&baseline::sum_rows, &BRUSHGS_AVX2::sum_rows, &BRUSHGS_AVX512::sum_rows);
+    for (std::size_t i = 0; i < num_texels_; ++i)
+        sum_rows(
+            {texels + begins_[i] * columns, &weights_[i * num_source_ + begins_[i]], ends_[i] - begins_[i], columns},
+            result + i * columns);
 }
 
 void fill_levels(const StrokeImage& image, std::span<const LevelFilter* const> along_u,
                  std::span<const LevelFilter* const> along_v, std::span<const StrokeLevel> levels, int num_threads) {
     const std::size_t rows = image.rows, columns = image.columns;
     const std::size_t num_planes = image.height == nullptr ? 1 : 2;  // coverage, and height over 1/2 times coverage
-    const std::size_t across = num_planes * rows + kSpare;
+    const std::size_t across = padded(num_planes * rows);
     std::vector<double> source(columns * across);  // [columns, planes x rows]: filtered along its first axis
     for (std::size_t y = 0; y < rows; ++y)
         for (std::size_t x = 0; x < columns; ++x) {
@@ -135,7 +128,7 @@ void fill_levels(const StrokeImage& image, std::span<const LevelFilter* const> a
         const std::size_t first = firsts[run];
         const std::size_t end = run + 1 < firsts.size() ? firsts[run + 1] : levels.size();
         const LevelFilter& u = *along_u[levels[first].u];
-        const std::size_t width = u.num_texels(), wide = num_planes * width;
+        const std::size_t width = u.num_texels(), wide = padded(num_planes * width);
         std::vector<double> filtered, turned(rows * wide), result;  // [rows, planes x width]
         if (!u.is_source()) {
             filtered.resize(width * across);
