@@ -374,10 +374,9 @@ def _plain_name(stem: str) -> str:
 @cache
 def strokes_folder() -> Path:
     """The folder of the built-in images: inside the installed package, or beside it in a checkout."""
-    from importlib import resources
-
-    installed = Path(str(resources.files("brushgs"))) / "strokes"
-    return installed if installed.is_dir() else Path(__file__).resolve().parents[2] / "strokes"
+    package = Path(__file__).resolve().parents[1]
+    installed = package / "strokes"
+    return installed if installed.is_dir() else package.parent / "strokes"
 
 
 def _unknown(name: str) -> str:

@@ -18,7 +18,7 @@ Extent extent_of(const T* points, std::size_t count, double outside, int num_thr
         std::vector<double> values(count);
         for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<double>(points[3 * i + axis]);
         low[axis] = percentile(values, outside);
-        high[axis] = percentile(values, 1 - outside);
+        high[axis] = percentile(values, 1 - outside, outside);
     });
     Extent found{};
     double squares = 0;
@@ -32,11 +32,11 @@ Extent extent_of(const T* points, std::size_t count, double outside, int num_thr
 
 }  // namespace
 
-double percentile(std::vector<double>& values, double share) {
-    const double place = share * static_cast<double>(values.size() - 1), below = std::floor(place),
+double percentile(std::vector<double>& values, double share, double lower) {
+    const double last = static_cast<double>(values.size() - 1), place = share * last, below = std::floor(place),
                  part = place - below;
     const auto at = values.begin() + static_cast<std::ptrdiff_t>(below);
-    std::nth_element(values.begin(), at, values.end());
+    std::nth_element(values.begin() + static_cast<std::ptrdiff_t>(std::floor(lower * last)), at, values.end());
     const double low = *at, high = at + 1 == values.end() ? low : *std::min_element(at + 1, values.end());
     return part >= 0.5 ? high - (high - low) * (1 - part) : low + (high - low) * part;  // exact at both ends
 }

@@ -110,7 +110,7 @@ struct Interval {
 
 Interval quantiles(Values values, double outside) {
     const double low = percentile(values, outside);
-    return {low, percentile(values, 1 - outside)};
+    return {low, percentile(values, 1 - outside, outside)};
 }
 
 // Area of the box with 90 % of the points along each axis; 0 for very few points.

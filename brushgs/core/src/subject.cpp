@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "brushgs/draws.hpp"
 
@@ -21,10 +22,13 @@ constexpr double kMostSpan = 3.5;
 constexpr double kReach = 0.9;  // interquartile ranges to each side of the median
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// Rows by value, ties by row.
 std::vector<std::uint32_t> ascending(std::span<const double> values) {
+    std::vector<std::pair<double, std::uint32_t>> pairs(values.size());
+    for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i] = {values[i], static_cast<std::uint32_t>(i)};
+    std::sort(pairs.begin(), pairs.end());
     std::vector<std::uint32_t> order(values.size());
-    std::iota(order.begin(), order.end(), 0U);
-    std::ranges::stable_sort(order, [&](std::uint32_t a, std::uint32_t b) { return values[a] < values[b]; });
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = pairs[i].second;
     return order;
 }
 

@@ -177,11 +177,8 @@ class _Views:
         """The sizes of strokes with half lengths of `half` standard deviations."""
         num = len(strokes)
         found = _Sizes(np.zeros(num), np.zeros((num, 3)), np.zeros(num, bool), np.zeros(num, bool))
-        axes = (
-            rotation_matrices(strokes.quats)
-            * (2 * half[:, None] * strokes.scales.astype(np.float64))[:, None, :]
-        )
-        reach = np.linalg.norm(2 * half[:, None] * strokes.scales.astype(np.float64), axis=1)
+        lengths = 2 * half[:, None] * strokes.scales.astype(np.float64)
+        reach = np.linalg.norm(lengths, axis=1)
         for camera, depth in zip(self.cameras, self.depths, strict=True):
             x, y, z = _seen_from(strokes, camera)
             limit = self.longest * float(np.hypot(camera.width, camera.height))
@@ -196,7 +193,8 @@ class _Views:
             found.is_shown[:] |= (z > camera.near) & inside
             rows = np.flatnonzero((z > camera.near) & (most > limit))
             u, v = u[rows], v[rows]
-            along = np.einsum("ij,njk->nik", camera.viewmat[:3, :3], axes[rows])
+            axes = rotation_matrices(strokes.quats[rows]) * lengths[rows][:, None, :]
+            along = np.einsum("ij,njk->nik", camera.viewmat[:3, :3], axes)
             with np.errstate(over="ignore", invalid="ignore"):
                 ways = np.stack(_slopes(along, u, v, z[rows], camera), axis=1)  # [n, 2, 3] pixels
                 each = np.minimum(np.linalg.norm(ways, axis=1), _HUGE)

@@ -45,11 +45,12 @@ def contributions(gaussians: Gaussians, visible: NDArray[np.float64] | None = No
         gaussians: N Gaussians.
         visible: [N] their `visible_shares`, if known.
     """
-    shares = visible_shares(gaussians) if visible is None else visible
-    return np.asarray(gaussians.opacities * seen_areas(gaussians) * shares)
+    areas = seen_areas(gaussians)
+    shares = visible_shares(gaussians, areas) if visible is None else visible
+    return np.asarray(gaussians.opacities * areas * shares)
 
 
-def visible_shares(gaussians: Gaussians) -> NDArray[np.float64]:
+def visible_shares(gaussians: Gaussians, areas: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
     """Share of directions from which a Gaussian is not hidden by others, [N], above 0 to 1.
 
     Along each of 7 lines the scene is divided into square columns. In a column every Gaussian attenuates
@@ -59,13 +60,14 @@ def visible_shares(gaussians: Gaussians) -> NDArray[np.float64]:
 
     Args:
         gaussians: N Gaussians.
+        areas: [N] their `seen_areas`, if known.
 
     Independent of unit and position of the scene, and of the order of the rows.
     """
     shares = _core.visible_shares(
         np.ascontiguousarray(gaussians.means),
         np.ascontiguousarray(gaussians.opacities),
-        seen_areas(gaussians),
+        seen_areas(gaussians) if areas is None else areas,
         num_threads_or_default(None),
     )
     return np.asarray(shares)

@@ -7,7 +7,8 @@
 namespace brushgs {
 
 // The value below which that share of some values lies, interpolated linearly between two; the values change places.
-double percentile(std::vector<double>& values, double share);
+// `lower` is a smaller share, or the same, that was asked for just before: values below it are not looked at again.
+double percentile(std::vector<double>& values, double share, double lower = 0);
 
 struct Extent {
     double center[3];  // world units
