@@ -15,10 +15,12 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from brushgs.brushes.texture import StrokeTexture
+from brushgs.core.native import core as _core
 from brushgs.core.threads import num_threads_or_default
 from brushgs.options.choices import ViewLock
 from brushgs.rendering.options import RenderOptions, project_with
 from brushgs.rendering.project import Directions
+from brushgs.rendering.view_by_view import view_by_view
 from brushgs.rendering.visibility import painted_shares
 from brushgs.values.arrays import F64, Array, Mask
 from brushgs.values.boxes import Boxes
@@ -191,6 +193,7 @@ class _Looks:
         of_minor: [K, N] weighted cost of a direction along the minor axis.
         longest: [3, N] the longest axis of each stroke.
         candidates: [C, 3, N] unit vectors, candidates for `facing`.
+        rates: [C, N] for each, turn of directions per degree of the view, mean weighted by visibility.
     """
 
     views: _Views
@@ -200,23 +203,37 @@ class _Looks:
     of_minor: Array
     longest: Array
     candidates: Array
+    rates: F64
 
     @classmethod
     def around(cls, strokes: Gaussians, num_threads: int | None) -> "_Looks":
         """Look at strokes, at least one, from all around."""
         kernel = StrokeTexture.open("gaussian")
-        options, ones = RenderOptions.of(kernel, num_threads=num_threads), np.ones((AROUND_SIDE, AROUND_SIDE))
+        options, ones = RenderOptions.of(kernel), np.ones((AROUND_SIDE, AROUND_SIDE))
         plain, cameras = replace(strokes, sh=strokes.sh[:, :1]), views_around(strokes)  # colors do not matter
         axes, slenderness, weights = np.zeros((3, len(cameras), len(strokes)), np.float32)
         vectors = np.empty((3, 3, len(cameras), len(strokes)), np.float32)
-        for k, camera in enumerate(cameras):
+
+        def look(camera: Camera) -> tuple[Boxes, Array, _Views]:
             boxes, _ = project_with(plain, camera, options)
+            return boxes, painted_shares(boxes, kernel, ones), _Views.of(strokes, camera)
+
+        for k, (boxes, shares, seen) in enumerate(view_by_view(look, cameras, len(strokes), num_threads)):
             axes[k, boxes.ids], slenderness[k, boxes.ids] = boxes.angles, _slenderness(boxes)
-            weights[k, boxes.ids] = painted_shares(boxes, kernel, ones, num_threads=num_threads)
-            seen = _Views.of(strokes, camera)
+            weights[k, boxes.ids] = shares
             vectors[:, :, k] = seen.toward, seen.right, seen.down
         weights = weights / np.maximum(weights.sum(axis=0), 1e-9) + np.float32(LEAST)
         views = _Views(*vectors)
+        candidates = _candidates(strokes, _unit(np.einsum("kn,ckn->nc", weights, views.toward)))
+        rates = np.empty((len(candidates), len(strokes)))
+        _core.turn_rates(
+            toward=views.toward,
+            weights=weights,
+            facing=candidates,
+            most=MOST_RATE,
+            rates=rates,
+            num_threads=num_threads_or_default(num_threads),
+        )
         return cls(
             views,
             weights,
@@ -224,7 +241,8 @@ class _Looks:
             weights * np.minimum(0.5 * np.log1p(0.25 * slenderness), 2),
             weights * MINOR_AXIS * slenderness / (slenderness + 4),
             _own_axes(strokes)[2].T,
-            _candidates(strokes, _unit(np.einsum("kn,ckn->nc", weights, views.toward))),
+            candidates,
+            rates,
         )
 
     def of(self, rows: slice) -> "_Looks":
@@ -232,15 +250,6 @@ class _Looks:
         views = _Views(*(getattr(self.views, one.name)[..., rows] for one in fields(_Views)))
         others = (getattr(self, one.name)[..., rows] for one in fields(_Looks) if one.name != "views")
         return _Looks(views, *others)
-
-    def rates(self, cosines: Array) -> Array:
-        """[N] mean rate of turn of directions per degree of the view, weighted by visibility.
-
-        Args:
-            cosines: [K, N] of the angles between each view and `facing`.
-        """
-        rates = np.minimum((1 - cosines) / np.maximum(1 + cosines, 1e-3), MOST_RATE)
-        return np.asarray((self.weights * rates).sum(axis=0))
 
     def best_along(self, facing: Array) -> tuple[Array, Array]:
         """[N] cost of the best `along` for a `facing` [3, N], and that vector [3, N]."""
@@ -260,11 +269,10 @@ class _Looks:
 def _fitted(looks: _Looks) -> tuple[F64, F64, Mask]:
     """The attributes of `Canonical` for the strokes of some looks: [n, 3], [n, 3] and [n]."""
     toward, rows = looks.views.toward, np.arange(looks.weights.shape[1])
-    rates = np.stack([looks.rates(_dot(toward, facing)) for facing in looks.candidates])
     best = np.full(len(rows), np.inf)
     facing, along, rate = np.zeros((3, len(rows))), np.zeros((3, len(rows))), np.zeros(len(rows))
-    for one in np.argsort(rates, axis=0, kind="stable")[:NUM_BEST]:
-        candidate, of_candidate = looks.candidates[one, :, rows].T, rates[one, rows]
+    for one in np.argsort(looks.rates, axis=0, kind="stable")[:NUM_BEST]:
+        candidate, of_candidate = looks.candidates[one, :, rows].T, looks.rates[one, rows]
         cost, vector = looks.best_along(candidate)
         cost = cost + RATE * of_candidate
         is_better = cost < best

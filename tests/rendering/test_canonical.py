@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
+from brushgs.core.native import core as _core
 from brushgs.rendering.canonical import directions_of, fit_canonical
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
@@ -88,3 +89,17 @@ def test_fields_do_not_depend_on_the_number_of_threads(strokes, fields):
     one = fit_canonical(strokes, num_threads=1)
     np.testing.assert_array_equal(one.facing, fields.facing)
     np.testing.assert_array_equal(one.along, fields.along)
+
+
+def test_rates_of_turn_of_the_core_are_those_of_numpy():
+    rng = np.random.default_rng(5)
+    toward, facing = rng.normal(size=(3, 9, 300)).astype(np.float32), rng.normal(size=(4, 3, 300))
+    toward /= np.linalg.norm(toward, axis=0)
+    facing /= np.linalg.norm(facing, axis=1, keepdims=True)
+    facing[0] = -toward[:, 0]  # seen from behind
+    weights, rates = rng.random((9, 300), np.float32), np.empty((4, 300))
+    _core.turn_rates(toward=toward, weights=weights, facing=facing, most=25.0, rates=rates, num_threads=2)
+    x, y, z = (toward[i] * facing[:, i, None] for i in range(3))
+    cosines = x + y + z
+    turns = np.minimum((1 - cosines) / np.maximum(1 + cosines, 1e-3), 25.0)
+    np.testing.assert_array_equal(rates, (weights * turns).sum(axis=1))

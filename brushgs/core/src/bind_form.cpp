@@ -3,6 +3,7 @@
 
 #include "bindings.hpp"
 #include "brushgs/stroke_form.hpp"
+#include "brushgs/turn_rates.hpp"
 
 namespace bindings {
 
@@ -85,6 +86,20 @@ void def_strokes(nb::module_& m) {
           "Write quats and scales of strokes turned along smoothed directions, see stroke_form.hpp.");
 }
 
+void turn_rates(In<float, 3> toward, In<float, 2> weights, In<double, 3> facing, double most, Out<double, 2> rates,
+                int num_threads) {
+    const nb::gil_scoped_release without_gil;
+    brushgs::turn_rates({.toward = toward.data(),
+                         .weights = weights.data(),
+                         .facing = facing.data(),
+                         .num_views = weights.shape(0),
+                         .num_strokes = weights.shape(1),
+                         .num_candidates = facing.shape(0),
+                         .most = most,
+                         .num_threads = num_threads,
+                         .rates = rates.data()});
+}
+
 }  // namespace
 
 void bind_form(nb::module_& m) {
@@ -96,6 +111,9 @@ void bind_form(nb::module_& m) {
           "Average columns [k, w] repeatedly with the mean of the neighbors.");
     m.def("agree", &agree, "form"_a, "directions"_a.noconvert(),
           "Flip directions [k, 3] so that they agree with their neighbors.");
+    m.def("turn_rates", &turn_rates, nb::kw_only(), "toward"_a.noconvert(), "weights"_a.noconvert(),
+          "facing"_a.noconvert(), "most"_a, "rates"_a.noconvert(), "num_threads"_a,
+          "Write how fast directions turn [C, N] for candidates [C, 3, N], with views [3, K, N]; see turn_rates.hpp.");
 }
 
 }  // namespace bindings

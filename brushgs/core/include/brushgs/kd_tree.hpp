@@ -8,6 +8,8 @@
 #include <numeric>
 #include <vector>
 
+#include "brushgs/nearest.hpp"
+
 namespace brushgs {
 
 constexpr std::size_t kLeaf = 8;        // centers that are compared one by one
@@ -110,20 +112,31 @@ private:
     // Adds the box around some centers; returns the axis along which it is widest.
     std::size_t add_box(const double* centers, std::size_t begin, std::size_t end) {
         const std::size_t at = boxes_.size();
-        const double* const first = centers + static_cast<std::size_t>(rows_[begin]) * dimensions_;
-        boxes_.insert(boxes_.end(), first, first + dimensions_);
-        boxes_.insert(boxes_.end(), first, first + dimensions_);
-        double* low = &boxes_[at];
-        double* high = low + dimensions_;
-        for (std::size_t i = begin + 1; i < end; ++i) {
-            const double* const place = centers + static_cast<std::size_t>(rows_[i]) * dimensions_;
-            for (std::size_t axis = 0; axis < dimensions_; ++axis)
-                low[axis] = std::min(low[axis], place[axis]), high[axis] = std::max(high[axis], place[axis]);
-        }
+        boxes_.resize(at + 2 * dimensions_);
+        dimensions_ == 3 ? find_box<3>(centers, begin, end, &boxes_[at])
+                         : find_box<0>(centers, begin, end, &boxes_[at]);
+        const double *const low = &boxes_[at], *const high = low + dimensions_;
         std::size_t widest = 0;
         for (std::size_t axis = 1; axis < dimensions_; ++axis)
             if (high[axis] - low[axis] > high[widest] - low[widest]) widest = axis;
         return widest;
+    }
+
+    // Writes the low ends of the box around some centers, and the high ones. A number of dimensions that the compiler
+    // knows, not 0, keeps both in registers.
+    template <std::size_t known>
+    void find_box(const double* centers, std::size_t begin, std::size_t end, double* box) const {
+        const std::size_t count = known == 0 ? dimensions_ : known;
+        double low[known == 0 ? kMostDimensions : known], high[known == 0 ? kMostDimensions : known];
+        const double* place = centers + static_cast<std::size_t>(rows_[begin]) * count;
+        for (std::size_t axis = 0; axis < count; ++axis) low[axis] = high[axis] = place[axis];
+        for (std::size_t i = begin + 1; i < end; ++i) {
+            place = centers + static_cast<std::size_t>(rows_[i]) * count;
+            for (std::size_t axis = 0; axis < count; ++axis)
+                low[axis] = std::min(low[axis], place[axis]), high[axis] = std::max(high[axis], place[axis]);
+        }
+        std::copy_n(low, count, box);
+        std::copy_n(high, count, box + count);
     }
 
     double squared_to_box(const double* point, std::size_t node) const {
