@@ -69,7 +69,6 @@ def open_brushes(
     with report.stage("stroke") as stage:
         from brushgs.brushes.brush_set import MOST_BRUSHES, BrushSet, paths_of, size_for
         from brushgs.brushes.kit import BrushKit
-        from brushgs.brushes.of_style import fitting
 
         colored = stroke_color in ("own", "mix")
         side = size_for(*(size or DEFAULT_SIZE))
@@ -87,6 +86,8 @@ def open_brushes(
                 else kit.open(size=side, colored=colored)
             )
         if styled and texture.kind == "image":
+            from brushgs.brushes.of_style import fitting
+
             known = dict(zip(kit.images, texture.textures, strict=True))
             kit = replace(kit, styled=fitting(styled, MOST_BRUSHES - len(kit.images)))
             texture = kit.open(size=side, known=known, colored=colored)

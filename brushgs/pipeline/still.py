@@ -40,7 +40,6 @@ from brushgs.pipeline.prepare import PICTURE, Prepared, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.strips import check_memory, needs_strips, strips
 from brushgs.pipeline.strokes import name_of
-from brushgs.pipeline.views_sheet import write_sheet_of
 from brushgs.rendering.wanted import NOTHING, Wanted
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
@@ -114,6 +113,8 @@ def paint_file(
         write_sidecar(output, shot)
     report.output = str(output)
     if sheet is not None:
+        from brushgs.pipeline.views_sheet import write_sheet_of
+
         name = name_of(scene, prepared.notes)
         write_sheet_of(prepared, Path(sheet), config, report, name=name, origin=origin)
     return report

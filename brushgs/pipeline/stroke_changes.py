@@ -281,10 +281,10 @@ def style_brush_passes(
 
     On a subject marks of paint yield to its detail. A print has few kinds of marks, and a stage no detail.
     """
-    from brushgs.passes.style.choose_marks import Choice
-
     if styles is None or not any(styles.brushes) or not kit.styled:
         return []
+    from brushgs.passes.style.choose_marks import Choice
+
     row_of = {image: row for row, image in enumerate(kit.images)}
     plain, own = [], []
     for names, (style, share) in zip(styles.brushes, styles.taken("marks"), strict=True):
