@@ -4,6 +4,7 @@ import numpy as np
 
 from brushgs.cameras.framing import camera_axes, frame_scene
 from brushgs.core.native import core as _core
+from brushgs.core.threads import num_threads_or_default
 from brushgs.first_view.sample import SIDE, Painter, thin
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera, FirstView
@@ -25,7 +26,8 @@ def has_surroundings(gaussians: Gaussians, up: F64) -> bool:
     on a plaza 4.1 times as many: above 2 a scene has surroundings.
     """
     level = camera_axes(up, 0.0, 0.0).ravel().tolist()
-    return bool(_core.has_surroundings(**gaussians.columns(), level=level))
+    num_threads = num_threads_or_default(None)
+    return bool(_core.has_surroundings(**gaussians.columns(), level=level, num_threads=num_threads))
 
 
 def dense_middle(gaussians: Gaussians) -> F64:

@@ -60,9 +60,9 @@ using Triple = std::array<double, 3>;
 
 template <class T>
 bool has_surroundings(In<T, 2> means, In<T, 2> quats, In<T, 2> scales, In<T, 1> opacities, In<T, 3> sh,
-                      const std::array<double, 9>& level) {
+                      const std::array<double, 9>& level, int num_threads) {
     const nb::gil_scoped_release without_gil;
-    return brushgs::has_surroundings<T>(view_of<T>(means, quats, scales, opacities, sh), level.data());
+    return brushgs::has_surroundings<T>(view_of<T>(means, quats, scales, opacities, sh), level.data(), num_threads);
 }
 
 template <class T>
@@ -105,7 +105,7 @@ void def_scenes(nb::module_& m) {
           "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(),
           "The subject of a scene, thinned, for pictures; empty if nothing with extent is visible.");
     m.def("has_surroundings", &has_surroundings<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
-          "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(), "level"_a,
+          "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(), "level"_a, "num_threads"_a,
           "Whether most of what is seen of a scene lies around its middle; level: the axes of a level view [9].");
     m.def("dense_rows", &dense_rows<T>, nb::kw_only(), "means"_a.noconvert(), "quats"_a.noconvert(),
           "scales"_a.noconvert(), "opacities"_a.noconvert(), "sh"_a.noconvert(),
@@ -132,7 +132,7 @@ nb::tuple find_front(const ViewSample& sample, const std::array<double, 9>& leve
 
 auto mirror_likeness(In<double, 2> places, const Numbers& weights) {
     return brushgs::mirror_likeness({places.data(), places.data() + places.size()},
-                                    {weights.data(), weights.data() + weights.size()});
+                                    {weights.data(), weights.data() + weights.size()}, 1);
 }
 
 }  // namespace

@@ -211,8 +211,8 @@ double median(std::array<double, kMirrorPlanes> values) {
 
 }  // namespace
 
-std::array<double, kMirrorPlanes> mirror_likeness(const std::vector<double>& places,
-                                                  const std::vector<double>& weights) {
+std::array<double, kMirrorPlanes> mirror_likeness(const std::vector<double>& places, const std::vector<double>& weights,
+                                                  int num_threads) {
     std::array<double, kMirrorPlanes> likeness;
     likeness.fill(1);
     const std::size_t count = weights.size();
@@ -224,9 +224,9 @@ std::array<double, kMirrorPlanes> mirror_likeness(const std::vector<double>& pla
         center[1] += held[i] * places[3 * i + 2];
     }
     if (!(total > 0)) return likeness;
-    std::vector<std::size_t> rest(count);  // the voxel of each place, but for the direction across the plane
-    std::vector<double> across(count);
-    for (std::size_t plane = 0; plane < kMirrorPlanes; ++plane) {
+    parallel_for(kMirrorPlanes, num_threads, [&](std::size_t plane) {
+        std::vector<std::size_t> rest(count);  // the voxel of each place, but for the direction across the plane
+        std::vector<double> across(count);
         likeness[plane] = 0;
         const double angle = pi * static_cast<double>(plane) / static_cast<double>(kMirrorPlanes);
         const double c = std::cos(angle), s = std::sin(angle);
@@ -241,7 +241,7 @@ std::array<double, kMirrorPlanes> mirror_likeness(const std::vector<double>& pla
                 voxels[bin_of(across[i] - shift) * kBins * kBins + rest[i]] += held[i];
             likeness[plane] = std::max(likeness[plane], overlap_of(voxels));
         }
-    }
+    });
     return likeness;
 }
 
@@ -252,7 +252,7 @@ Front find_front(const ViewSample& sample, const double* level, int num_threads)
         const double *axis = level + 3 * (i % 3), *place = &sample.places[i - i % 3];
         places[i] = axis[0] * place[0] + axis[1] * place[1] + axis[2] * place[2];
     }
-    const auto likeness = mirror_likeness(places, painted_weights(sample));
+    const auto likeness = mirror_likeness(places, painted_weights(sample), num_threads);
     const auto best = std::ranges::max_element(likeness);
     const double axis = pi * static_cast<double>(best - likeness.begin()) / static_cast<double>(kMirrorPlanes);
     const double strength = *best / std::max(median(likeness), 1e-9);

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "brushgs/cpu.hpp"
 #include "brushgs/extent.hpp"
 #include "brushgs/moments.hpp"
 #include "brushgs/rows.hpp"
@@ -187,7 +188,7 @@ Bounds bounds_of(const T* points, const std::vector<std::uint32_t>& rows) {
 }
 
 template <class T>
-bool has_surroundings(const SceneView<T>& scene, const double* level) {
+bool has_surroundings(const SceneView<T>& scene, const double* level, int num_threads) {
     const Subject middle = find_subject(scene.means, scene.opacities, scene.count, false);
     if (!middle.has_surroundings) return false;
     const Bounds whole = subject_bounds(scene, true), inner = bounds_of(scene.means, middle.rows);
@@ -201,13 +202,13 @@ bool has_surroundings(const SceneView<T>& scene, const double* level) {
         add_row(scene, row, growth, all);
         if (inner.holds(scene.means + 3 * std::size_t{row})) add_row(scene, row, growth, part);
     }
-    std::vector<double> ratios;
-    for (std::size_t view = 0; view < kViews; ++view) {
+    std::vector<double> ratios(kViews);
+    parallel_for(kViews, num_threads, [&](std::size_t view) {
         const double azimuth = 2 * std::numbers::pi * static_cast<double>(view) / static_cast<double>(kViews);
         const Axes axes = axes_around(level, azimuth, kElevation);
         const auto of_all = static_cast<double>(covered(all, axes)), of_part = static_cast<double>(covered(part, axes));
-        ratios.push_back((of_all - of_part) / std::max(of_part, 1.0));
-    }
+        ratios[view] = (of_all - of_part) / std::max(of_part, 1.0);
+    });
     return percentile(ratios, 0.5) > kMostAround;
 }
 
@@ -313,8 +314,8 @@ Eye fit_eye(const double* points, std::size_t count, const double* tangents) {
 }
 
 template Bounds bounds_of<float>(const float*, const std::vector<std::uint32_t>&);
-template bool has_surroundings<float>(const SceneView<float>&, const double*);
-template bool has_surroundings<double>(const SceneView<double>&, const double*);
+template bool has_surroundings<float>(const SceneView<float>&, const double*, int);
+template bool has_surroundings<double>(const SceneView<double>&, const double*, int);
 template std::vector<std::uint32_t> dense_rows<float>(const SceneView<float>&);
 template std::vector<std::uint32_t> dense_rows<double>(const SceneView<double>&);
 template std::vector<std::uint32_t> attached_rows<float>(const SceneView<float>&, const Bounds&);

@@ -88,7 +88,7 @@ Front find_front(const ViewSample& sample, const double* level, int num_threads)
 // Overlap of a subject with its mirror image, 0 to 1, for planes through the vertical axis; plane i contains the view
 // from azimuth pi i / kMirrorPlanes. Places [count, 3] are in the axes of a level view, in radii.
 constexpr std::size_t kMirrorPlanes = 32;
-std::array<double, kMirrorPlanes> mirror_likeness(const std::vector<double>& places,
-                                                  const std::vector<double>& weights);
+std::array<double, kMirrorPlanes> mirror_likeness(const std::vector<double>& places, const std::vector<double>& weights,
+                                                  int num_threads);
 
 }  // namespace brushgs

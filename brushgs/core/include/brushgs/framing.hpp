@@ -30,7 +30,7 @@ Bounds bounds_of(const T* points, const std::vector<std::uint32_t>& rows);
 // Whether most of what is seen of a scene lies around its middle. `level` [3, 3] are the rows right, down, forward of a
 // level view.
 template <class T>
-bool has_surroundings(const SceneView<T>& scene, const double* level);
+bool has_surroundings(const SceneView<T>& scene, const double* level, int num_threads = 1);
 
 // Rows of the dense middle of a scene, which was photographed from near.
 template <class T>
