@@ -3,14 +3,16 @@
 A result is named by a digest of all that it depends on: version of the program, name of the step, and its
 inputs. Options count by value, and files that they name by path, size, time and content; large arrays by the
 step that made them and the digest of its inputs. So a result is found without making anything, and a changed
-file, option or program finds none. A result is one uncompressed .npz file without pickle, whose checksums are
-verified; what cannot be read is removed and made again.
+file, option or program finds none. A result is one file: a JSON header, and plain arrays that are mapped into
+memory. Its checksum is verified; what cannot be read is removed and made again.
 """
 
 import hashlib
 import json
+import mmap
 import os
 import platform
+import sys
 import time
 import warnings
 import weakref
@@ -40,10 +42,12 @@ MOST_EACH = MOST_BYTES // 4
 # Steps that are faster than writing their result are not kept.
 LEAST_SECONDS = 0.02
 BYTES_A_SECOND = 150e6
-MOST_HASHED = 1 << 16  # bytes of an array that counts by its content
+MOST_HASHED = 1 << 22  # bytes of an array that counts by its content: columns of strokes
 NOTHING: Mapping[str, Any] = {}
 MOST_FILES = 10_000  # of a folder that counts
 _ENDS = 1 << 16  # bytes at the head and tail of a file that count
+SUFFIX = ".kept"
+_WORD, _ALIGNED = 8, 64  # bytes of a word of the checksum; and the multiples at which arrays start
 FOLDER = "BRUSHGS_CACHE"  # environment variable: a folder, or "off"
 # Classes of results. Others are not kept.
 _CLASSES = {
@@ -223,7 +227,7 @@ class Store:
     def files(self) -> list[tuple[Path, os.stat_result]]:
         """All results, the most recently used first."""
         found = []
-        for path in self.folder.glob("*.npz"):
+        for path in self.folder.glob(f"*{SUFFIX}"):
             with suppress(OSError):  # another command removed it
                 found.append((path, path.stat()))
         return sorted(found, key=lambda one: -one[1].st_mtime_ns)
@@ -238,10 +242,10 @@ class Store:
         Raises:
             KeyError: if there is none that can be read.
         """
-        path = self.folder / f"{name}.npz"
+        path = self.folder / f"{name}{SUFFIX}"
         try:
-            with np.load(path, allow_pickle=False) as arrays:
-                value = _decoded(json.loads(str(arrays["value"])), {**arrays, **given})
+            header, arrays = _read(path)
+            value = _decoded(header, {**arrays, **given})
             os.utime(path)
         except FileNotFoundError:
             raise KeyError(name) from None
@@ -262,7 +266,7 @@ class Store:
         """
         arrays: dict[str, np.ndarray[Any, Any]] = {}
         try:
-            text = json.dumps(_encoded(value, arrays, given))
+            encoded = _encoded(value, arrays, given)
         except Unnamed:
             return
         size = sum(array.nbytes for array in arrays.values())
@@ -271,9 +275,8 @@ class Store:
         temporary = self.folder / f".{name}-{os.urandom(4).hex()}"
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            with temporary.open("xb") as file:
-                np.savez(file, allow_pickle=False, value=np.array(text), **arrays)
-            temporary.replace(self.folder / f"{name}.npz")
+            _write(temporary, encoded, arrays)
+            temporary.replace(self.folder / f"{name}{SUFFIX}")
             self._trim()
         except OSError:  # a full disk, a folder that cannot be written
             pass
@@ -291,9 +294,59 @@ class Store:
 
     def clear(self) -> None:
         """Remove all results, and leftovers of killed commands."""
-        for path in (*self.folder.glob("*.npz"), *self.folder.glob(".*-*")):
+        for path in (*self.folder.glob(f"*{SUFFIX}"), *self.folder.glob(".*-*")):
             with suppress(OSError):
                 path.unlink()
+
+
+def _write(path: Path, value: Any, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
+    """Write a new file: checksum and length of the header as words, the header, and the arrays.
+
+    Raises:
+        OSError: if it cannot be written.
+    """
+    layout, start = {}, 0
+    for name, array in arrays.items():
+        order = "F" if array.flags.f_contiguous and not array.flags.c_contiguous else "C"
+        layout[name] = array.dtype.str, array.shape, order, start
+        start += -(-array.nbytes // _ALIGNED) * _ALIGNED
+    header = json.dumps({"value": value, "arrays": layout}).encode()
+    header += b" " * (-(len(header) + 2 * _WORD) % _ALIGNED)
+    head = len(header).to_bytes(_WORD, sys.byteorder) + header
+    parts = [np.frombuffer(head, np.uint8)]
+    parts += [np.ravel(array, layout[name][2]).view(np.uint8) for name, array in arrays.items()]
+    with path.open("xb") as file:
+        file.write(bytes(_WORD))
+        total = 0
+        for part in parts:
+            file.write(part)
+            file.write(bytes(-file.tell() % _ALIGNED))
+            whole = len(part) // _WORD * _WORD
+            total += int(part[:whole].view(np.uint64).sum(dtype=np.uint64))
+            total += int.from_bytes(part[whole:].tobytes(), sys.byteorder)
+        file.seek(0)
+        file.write((total % (1 << 8 * _WORD)).to_bytes(_WORD, sys.byteorder))
+
+
+def _read(path: Path) -> tuple[Any, dict[str, np.ndarray[Any, Any]]]:
+    """The header's value and the arrays of a file; changes of these arrays do not reach it.
+
+    Raises:
+        OSError: if there is none.
+        ValueError: if it is damaged.
+    """
+    with path.open("rb") as file:
+        mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY)
+    words = np.frombuffer(mapped, np.uint64)
+    if words[0] != words[1:].sum(dtype=np.uint64):
+        raise ValueError("the checksum is wrong")
+    start = 2 * _WORD + int(words[1])
+    header = json.loads(mapped[2 * _WORD : start])
+    arrays = {
+        name: np.ndarray(shape, dtype, mapped, start + offset, order=order)
+        for name, (dtype, shape, order, offset) in header["arrays"].items()
+    }
+    return header["value"], arrays
 
 
 def _given(inputs: Iterable[object]) -> dict[str, object]:
@@ -309,7 +362,7 @@ def _encoded(value: Any, arrays: dict[str, Any], given: Collection[str]) -> Any:
         value = value.item()
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
-    if isinstance(value, np.ndarray) and not value.dtype.hasobject:
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biufcSU":
         arrays[name := f"a{len(arrays)}"] = value
         return {"array": name, "is_fixed": not value.flags.writeable}
     if isinstance(value, (tuple, list)):
