@@ -15,6 +15,7 @@ from brushgs.options.look_parts import BrushesConfig
 from brushgs.options.painting import DEFAULT_SIZE, DrawConfig, PaintConfig
 from brushgs.pipeline.background import Background, open_background
 from brushgs.pipeline.report import Report, Stage
+from brushgs.pipeline.runner import Memory
 from brushgs.pipeline.strokes import zero_degrees
 from brushgs.rendering.constants import MIN_ALPHA
 from brushgs.values.boxes import Boxes
@@ -54,6 +55,7 @@ def open_brushes(
     *,
     by_material: bool,
     stroke_color: StrokeColor | None = None,
+    memory: Memory,
 ) -> "tuple[BrushSet, BrushKit]":
     """Open the stroke images, or the kernel, and assign several images to kinds of strokes.
 
@@ -65,10 +67,12 @@ def open_brushes(
         report: gets the stage.
         by_material: whether smooth and rough surfaces have brushes of their own.
         stroke_color: whose color paint has.
+        memory: of opened brushes.
     """
     with report.stage("stroke") as stage:
         from brushgs.brushes.brush_set import MOST_BRUSHES, BrushSet, paths_of, size_for
         from brushgs.brushes.kit import BrushKit
+        from brushgs.brushes.texture import variants_of
 
         colored = stroke_color in ("own", "mix")
         side = size_for(*(size or DEFAULT_SIZE))
@@ -76,15 +80,15 @@ def open_brushes(
             kit = BrushKit(named.long, named.short, named.other, named.large)
             if by_material:
                 kit = replace(kit, smooth=named.smooth, rough=named.rough)
-            texture = kit.open(size=side, colored=colored)
         else:
             kit = BrushKit.of(stroke)
-            one = len(paths_of(stroke)) == 1
-            texture = (
-                BrushSet.open(stroke, size=side, colored=colored)
-                if one
-                else kit.open(size=side, colored=colored)
-            )
+        if not named.names and len(paths_of(stroke)) == 1:
+            texture = BrushSet.open(stroke, size=side, colored=colored)
+        elif all(map(variants_of, kit.images)):  # built-in ones, about which there is nothing to warn
+            makes = kit.images, side, colored
+            texture = memory.of("brushes", makes, lambda: kit.open(size=side, colored=colored))
+        else:
+            texture = kit.open(size=side, colored=colored)
         if styled and texture.kind == "image":
             from brushgs.brushes.of_style import fitting
 

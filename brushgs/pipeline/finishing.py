@@ -6,6 +6,7 @@ they are the same in every frame.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.media.materials import ACCENTS, BACKDROP, Materials
 from brushgs.pipeline.media.media import coats_of
 from brushgs.pipeline.report import Report, Stage
+from brushgs.pipeline.runner import Memory
 from brushgs.pipeline.stroke_pass import nearest_regions, nearest_rows
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
@@ -170,6 +172,7 @@ def with_accents(
     made: Gaussians,
     materials: Materials,
     report: Report,
+    memory: Memory,
 ) -> list[Coat]:
     """The coat of accents, pure lights and darks that are laid last; none if nothing is missing.
 
@@ -182,6 +185,7 @@ def with_accents(
         made: the strokes as made, in the light of the scene, which lack the accents.
         materials: of the strokes as painted.
         report: gets the stage.
+        memory: of the accents as the scene has them.
     """
     from brushgs.passes.add.accents import accents, num_accents
 
@@ -194,12 +198,17 @@ def with_accents(
         near = PlainViews(views.cameras[:NEAR_VIEWS], views.frames[:NEAR_VIEWS])
         if config.color.grades or config.color.pigments:  # what grading removed is not missing
             made = repaint(made, gaussians, near)
-        if focus is not None:
-            focus = 1 + STANDING_OUT * (focus - 1) / max(float(focus.max()) - 1, 1e-9)
+        weights = (
+            None if focus is None else 1 + STANDING_OUT * (focus - 1) / max(float(focus.max()) - 1, 1e-9)
+        )
         if lens is not None:
             sharp = lens.growth(gaussians.means, config.strokes.depth_of_field) ** -2
-            focus = sharp if focus is None else focus * sharp
-        found = accents(made, gaussians, near, count=count, focus=focus)
+            weights = sharp if weights is None else weights * sharp
+        made = replace(made, brushes=None)
+        depends = made, gaussians, views, count, focus, lens, config.strokes.depth_of_field
+        found = memory.of(
+            "accents", depends, lambda: accents(made, gaussians, near, count=count, focus=weights)
+        )
         stage.did = f"{len(found):,} of pure light and dark"
         stage.counts = {"strokes": len(found)}
         if len(found) == 0:
@@ -217,11 +226,11 @@ def with_accents(
         return [materials.marks(ACCENTS, nearest_regions(materials.strokes, found), dry=0.0)]
 
 
-def with_fields(coats: list[Coat], report: Report) -> list[Coat]:
+def with_fields(coats: list[Coat], report: Report, memory: Memory) -> list[Coat]:
     """Coats with the fields of directions of their strokes, where the lock is "canonical".
 
     Lines always lie along their axes, and a backdrop along its walls, where a field follows the axes of 97 %
-    of the strokes: they keep "anchor".
+    of the strokes: they keep "anchor". A memory keeps the fields.
     """
 
     def keeps_axes(coat: Coat) -> bool:
@@ -241,10 +250,13 @@ def with_fields(coats: list[Coat], report: Report) -> list[Coat]:
     with report.stage("fields") as stage:
         from brushgs.rendering.canonical import fit_canonical
 
-        fields = {
-            key: fit_canonical(coat.strokes, num_threads=coat.options.num_threads)
-            for key, coat in fitted.items()
-        }
+        fields = {}
+        for key, coat in fitted.items():
+            strokes, threads = coat.strokes, coat.options.num_threads
+            shapes = replace(strokes, sh=np.zeros_like(strokes.sh[:, :1]), brushes=None, regions=None)
+            fields[key] = memory.of(
+                f"fields of {coat.name}", (shapes,), partial(fit_canonical, shapes, num_threads=threads)
+            )
         num = sum(len(coat.strokes) for coat in fitted.values())
         stage.did = f"fields of directions of {num:,} strokes"
         stage.counts = {"strokes": num}

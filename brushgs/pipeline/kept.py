@@ -57,7 +57,12 @@ _CLASSES = {
         "brushgs.values.frame": ("Frame",),
         "brushgs.values.gaussians": ("Gaussians",),
         "brushgs.rendering.plain": ("PlainViews",),
+        "brushgs.values.notes": ("LoadNotes",),
+        "brushgs.passes.color.key_normals": ("Around", "Facing"),
         "brushgs.passes.reduce.cluster": ("Grouping",),
+        "brushgs.rendering.canonical": ("Canonical",),
+        "brushgs.brushes.brush_set": ("BrushSet",),
+        "brushgs.brushes.texture": ("StrokeTexture", "Tint"),
     }.items()
     for name in names
 }
@@ -204,11 +209,13 @@ def program() -> str:
     """A digest of the program: versions, processor type, the text model that the environment names, and (for
     developers) the sizes and times of its files.
     """
+    from brushgs.brushes.texture import strokes_folder
     from brushgs.core.native import core
 
     found = [Path(core.__file__)]
     for folder, _, names in os.walk(Path(brushgs.__file__).parent):
         found += [Path(folder, name) for name in names if name.endswith((".py", ".toml"))]
+    found += strokes_folder().glob("*.png")
     return digest(brushgs.__version__, np.__version__, platform.machine(), _stated(found), clip_folder(None))
 
 
@@ -365,6 +372,8 @@ def _encoded(value: Any, arrays: dict[str, Any], given: Collection[str]) -> Any:
     if isinstance(value, np.ndarray) and value.dtype.kind in "biufcSU":
         arrays[name := f"a{len(arrays)}"] = value
         return {"array": name, "is_fixed": not value.flags.writeable}
+    if isinstance(value, Path):
+        return {"path": str(value)}
     if isinstance(value, (tuple, list)):
         items = [_encoded(one, arrays, given) for one in value]
         return {"tuple": items} if isinstance(value, tuple) else items
@@ -396,6 +405,8 @@ def _decoded(found: Any, known: Mapping[str, Any]) -> Any:
         array = known[found["array"]]
         array.flags.writeable = not found["is_fixed"]
         return array
+    if "path" in found:
+        return Path(found["path"])
     if "tuple" in found:
         return tuple(_decoded(one, known) for one in found["tuple"])
     if "dict" in found:
@@ -551,6 +562,11 @@ def keeping(inner: Memory | None) -> Iterator[Memory | None]:
     if store is None:
         yield inner
         return
-    memory = KeptMemory(store, inner)
-    yield memory
+    from brushgs.pipeline.kept_levels import KeptLevels
+    from brushgs.rendering.texture_levels import found_by
+
+    memory, levels = KeptMemory(store, inner), KeptLevels(store)
+    with found_by(levels.find):
+        yield memory
     memory.close()
+    levels.close()

@@ -1,7 +1,7 @@
 """The lamp of a job: where it stands in the scene, and how it shines on paint and canvas."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, cos, degrees, sin
 from typing import TYPE_CHECKING
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from brushgs.options.look_parts import USUAL_LAMP, LightConfig
 from brushgs.pipeline.media.materials import BACKDROP
+from brushgs.pipeline.runner import Memory, NoMemory
 from brushgs.pipeline.stroke_pass import StrokePass
 from brushgs.rendering.coat import Coat
 from brushgs.values.arrays import F32, F64
@@ -67,17 +68,20 @@ class Key:
         is_inside = first_view is not None and first_view.eye is not None
         return cls(light.key * (INSIDE if is_inside else 1), site, small, is_inside)
 
-    def on(self, strokes: Gaussians) -> "KeyLight":
-        """The strokes, ready for a lamp."""
+    def on(self, strokes: Gaussians, memory: Memory | None = None) -> "KeyLight":
+        """The strokes, ready for a lamp; a memory keeps their normals."""
         from brushgs.passes.color.key_light import KeyLight
+        from brushgs.passes.color.key_normals import find_facing
 
-        return KeyLight.of(strokes, self.cameras, self.site.place, is_inside=self.is_inside)
+        seen = replace(strokes, sh=strokes.sh[:, :1], brushes=None), tuple(self.cameras)
+        facing = (memory or NoMemory()).of("normals", seen, lambda: find_facing(*seen))
+        return KeyLight.of(strokes, self.cameras, self.site.place, is_inside=self.is_inside, facing=facing)
 
-    def stroke_pass(self, *, skip: str | None) -> StrokePass:
+    def stroke_pass(self, *, skip: str | None, memory: Memory) -> StrokePass:
         """The pass that lights strokes; `skip` is the reason not to run."""
 
         def lit(strokes: Gaussians) -> Gaussians:
-            return self.on(strokes).lit(self.site.towards, self.strength)
+            return self.on(strokes, memory).lit(self.site.towards, self.strength)
 
         what = f"lit, warm in the light and cool in the shade, by {self.strength:g}"
         counts = {"strength": self.strength, "towards": [round(x, 3) for x in self.site.towards.tolist()]}

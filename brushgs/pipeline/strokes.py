@@ -123,31 +123,23 @@ def prune_scene(
     config: PruneConfig,
     report: Report,
     *,
-    is_strokes: bool = False,
-    is_seen: bool = False,
-    is_merged: bool = False,
-    cluster: ClusterConfig | None = None,
+    at_least: int = 1,
+    why_all: str | None = None,
     among: "Mask | None" = None,
 ) -> Gaussians:
     """Keep the Gaussians of highest weight.
-
-    Unless the config states a share, all strokes are kept, and of a scene at least as many Gaussians as the
-    requested number of strokes: pruning is for those that would be merged anyway.
 
     Args:
         gaussians: the scene as loaded.
         config: which Gaussians are kept.
         report: gets the stage.
-        is_strokes: whether they are strokes already.
-        is_seen: whether hidden and faint Gaussians are already dropped.
-        is_merged: whether they were merged while reading: a painting of the truck in 500 or 2000 strokes is
-            0.1 to 0.3 dB better without pruning.
-        cluster: how many strokes will be made; None if they will not be clustered.
+        at_least: how many are kept, see `least_kept`.
+        why_all: why all are kept; None if some may be dropped.
         among: [N] those that may be dropped; None for all.
     """
     with report.stage("prune") as stage:
         num_before = len(gaussians)
-        reason, at_least = _why_kept(num_before, config, is_strokes, is_seen, is_merged, cluster)
+        reason = "keep = 1" if config.keep == 1 else why_all
         if reason is None:
             from brushgs.passes.reduce.prune import prune
 
@@ -166,31 +158,43 @@ def prune_scene(
     return gaussians
 
 
-def _why_kept(
+def least_kept(
     num: int,
     config: PruneConfig,
+    cluster: ClusterConfig,
+    *,
     is_strokes: bool,
     is_seen: bool,
     is_merged: bool,
-    cluster: ClusterConfig | None,
-) -> tuple[str | None, int]:
-    """Why all Gaussians are kept, or None, and the minimum number to keep."""
+) -> tuple[int, str | None]:
+    """How many Gaussians pruning keeps at least, 1 where it keeps more by itself, and why all; or None.
+
+    Unless the config states a share, all strokes are kept, and of a scene at least as many Gaussians as the
+    requested number of strokes: pruning is for those that would be merged anyway.
+
+    Args:
+        num: the number of Gaussians.
+        config: which Gaussians are kept.
+        cluster: how many strokes will be made.
+        is_strokes: whether they are strokes already.
+        is_seen: whether hidden and faint Gaussians are already dropped.
+        is_merged: whether they were merged while reading: a painting of the truck in 500 or 2000 strokes is
+            0.1 to 0.3 dB better without pruning.
+    """
     if config.keep is not None:
-        return ("keep = 1" if config.keep == 1 else None), 1
+        return 1, None
     if is_strokes:
-        return "they are strokes already", num
+        return num, "they are strokes already"
     if is_seen:
-        return "what is not seen is dropped already", num
+        return num, "what is not seen is dropped already"
     if is_merged:
-        return "they were merged while they were read", num
-    if cluster is None:
-        return None, 1
-    if cluster.target is not None:
-        return None, min(num, SMALL_SCENE)
-    if cluster.strokes is None:
-        return "every Gaussian is a stroke", num
-    count = cluster.num_strokes(num)
-    return (f"{num:,} Gaussians are not more than {count:,} strokes" if num <= count else None), count
+        return num, "they were merged while they were read"
+    if cluster.target is None and cluster.strokes is None:
+        return num, "every Gaussian is a stroke"
+    count = min(num, SMALL_SCENE) if cluster.target is not None else cluster.num_strokes(num)
+    if num <= count and cluster.target is None:
+        return count, f"{num:,} Gaussians are not more than {count:,} strokes"
+    return (count if count > DEFAULT_KEEP * num else 1), None
 
 
 def cluster_scene(

@@ -3,9 +3,10 @@
 Texels of levels are defined in `brushgs.brushes.levels`; here they are packed, and cached per texture.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -178,14 +179,70 @@ class Level:
     tints: NDArray[np.uint32] | None
 
 
+Levels = Mapping[Code, Level]
 _cache: WeakKeyDictionary[StrokeTexture, dict[Code, Level]] = WeakKeyDictionary()
+
+
+def _none(texture: StrokeTexture) -> Levels:
+    return {}
+
+
+_find: Callable[[StrokeTexture], Levels] = _none
+
+
+@contextmanager
+def found_by(find: Callable[[StrokeTexture], Levels]) -> Iterator[None]:
+    """Within the block, levels of a texture that has none yet are first asked from a function."""
+    global _find
+    before, _find = _find, find
+    try:
+        yield
+    finally:
+        _find = before
+
+
+def known_levels(texture: StrokeTexture) -> Levels:
+    """The levels of a texture that were made or found so far."""
+    return _cache.get(texture, {})
+
+
+def as_arrays(levels: Levels) -> dict[str, NDArray[Any]]:
+    """Levels, without tints, as arrays for a file."""
+    raised = {code: one for code, one in levels.items() if one.pairs_with_height is not None}
+    flat = {code: one for code, one in levels.items() if code not in raised}
+    ordered = [*raised.items(), *flat.items()]
+    words = [one.pairs_with_height for one in raised.values() if one.pairs_with_height is not None]
+    pairs = [one.pairs for one in flat.values()]
+    return {
+        "codes": np.array([code for code, _ in ordered], np.int64).reshape(-1, 2),
+        "shapes": np.array([one.shape for _, one in ordered], np.int64).reshape(-1, 2),
+        "reaches": np.array([one.reaches for _, one in ordered], np.float64).reshape(-1, 2),
+        "words": np.concatenate([np.empty(0, np.uint32), *words]),
+        "pairs": np.concatenate([np.empty(0, np.uint16), *pairs]),
+    }
+
+
+def of_arrays(arrays: Mapping[str, NDArray[Any]]) -> dict[Code, Level]:
+    """The inverse of `as_arrays`."""
+    words, shapes = arrays["words"], [(rows, columns) for rows, columns in arrays["shapes"].tolist()]
+    pairs = np.concatenate([words.astype(np.uint16), arrays["pairs"]])  # the low half of words
+    levels, start = {}, 0
+    for (u, v), shape, (along, across) in zip(
+        arrays["codes"].tolist(), shapes, arrays["reaches"].tolist(), strict=True
+    ):
+        own = slice(start, start := start + shape[0] * shape[1] + 1)
+        raised = words[own] if start <= len(words) else None
+        levels[u, v] = Level(pairs[own], shape, (along, across), raised, None)
+    return levels
 
 
 def packed_levels(
     texture: StrokeTexture, codes: list[Code], *, heights: bool = False, num_threads: int | None = None
 ) -> list[Level]:
     """Levels of a brush, with heights where they are asked for; missing ones are made together."""
-    known = _cache.setdefault(texture, {})
+    known = _cache.get(texture)
+    if known is None:
+        known = _cache.setdefault(texture, dict(_find(texture)))
     missing = sorted(
         code for code in codes if code not in known or (heights and known[code].pairs_with_height is None)
     )

@@ -219,6 +219,7 @@ class KeyLight:
         *,
         is_inside: bool = False,
         lit_by: F64 | None = None,
+        facing: Facing | None = None,
     ) -> "KeyLight":
         """Prepare strokes.
 
@@ -228,8 +229,9 @@ class KeyLight:
             place: where they stand.
             is_inside: whether the scene is seen from inside.
             lit_by: see the attribute.
+            facing: from `find_facing` with these strokes and cameras; None finds them.
         """
-        facing = find_facing(strokes, cameras)
+        facing = find_facing(strokes, cameras) if facing is None else facing
         facing = replace(facing, normals=facing.normals @ place.axes.T)
         middle = np.array([0.0, 0.5 * place.height, 0.0])
         centers = np.clip((place.local(strokes.means) - middle) / place.radius, -FARTHEST, FARTHEST)

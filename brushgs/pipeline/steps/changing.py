@@ -207,9 +207,10 @@ def changes(
     is_recolored: bool,
     key: Key | None,
     skip: str | None,
+    memory: Memory,
 ) -> StrokeChanges:
     """All passes on strokes, while they are made and after."""
-    lit = [] if key is None else [key.stroke_pass(skip=skip)]
+    lit = [] if key is None else [key.stroke_pass(skip=skip, memory=memory)]
     if not is_recolored:
         # A budget compares with the scene, so it must include them; but the scene has another light.
         return StrokeChanges([*making, *coloring, *choosing], Finish(lit), colors)

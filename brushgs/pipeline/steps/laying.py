@@ -316,9 +316,11 @@ def accents(
     lens: "Lens | None",
     made: Gaussians,
     report: Report,
+    memory: Memory,
 ) -> list[Coat]:
     """The coat of accents, if any."""
-    return with_accents(painted_with, plain_views, pruned, focus, lens, made, continued, report)
+    around = pruned, focus, lens, made, continued
+    return with_accents(painted_with, plain_views, *around, report, memory)
 
 
 @anew
@@ -335,6 +337,7 @@ def coats(
     motion: StrokeMotion | None,
     threads: int | None,
     report: Report,
+    memory: Memory,
 ) -> list[Coat]:
     """The coats of the painting, the first laid first."""
     drawn = coats_of(replace(continued, is_bare=not graded_backdrop))
@@ -347,7 +350,7 @@ def coats(
     elif shown_plain is not None:
         first = first.showing(shown_plain)
     laid = with_holds([*behind, *unpainted, first, *others, *accents], mapped, pruned)
-    laid = with_fields(laid, report)
+    laid = with_fields(laid, report, memory)
     if is_moving:
         laid = attached(laid, strokes, resting=(BACKDROP,))
     return laid if overpaint is None else overpainted(laid, strokes, overpaint, threads, report, motion)

@@ -29,7 +29,7 @@ from brushgs.pipeline.runner import Later, Memory, anew, costly, makes, unless
 from brushgs.pipeline.steps.opening import Views
 from brushgs.pipeline.stroke_changes import StrokeChanges
 from brushgs.pipeline.stroke_pass import ALREADY_STROKES
-from brushgs.pipeline.strokes import cluster_scene, cut_scene, prune_scene
+from brushgs.pipeline.strokes import cluster_scene, cut_scene, least_kept, prune_scene
 from brushgs.pipeline.styling import Contour, Styles, contour_of
 from brushgs.pipeline.views import choose_first_view
 from brushgs.values.camera import Camera, FirstView
@@ -203,27 +203,27 @@ def cut(
     return seen if clip is not None and rows is None else cut_scene(seen, cameras, report)
 
 
-@costly
-def pruned(
+@makes("at_least", "why_all")
+def pruning(
     cut: Gaussians,
     prune_config: PruneConfig,
     clustering: ClusterConfig,
     is_strokes: bool,
     is_for_view: bool,
     notes: "LoadNotes | None",
-    report: Report,
+) -> tuple[int, str | None]:
+    """The least number of Gaussians to keep, and why all are kept; most numbers of strokes change neither."""
+    is_merged = notes is not None and notes.rows_each > 1
+    kinds = {"is_strokes": is_strokes, "is_seen": is_for_view, "is_merged": is_merged}
+    return least_kept(len(cut), prune_config, clustering, **kinds)
+
+
+@costly
+def pruned(
+    cut: Gaussians, prune_config: PruneConfig, at_least: int, why_all: str | None, report: Report
 ) -> Gaussians:
     """The Gaussians that strokes are made of."""
-    is_merged = notes is not None and notes.rows_each > 1
-    return prune_scene(
-        cut,
-        prune_config,
-        report,
-        is_strokes=is_strokes,
-        is_seen=is_for_view,
-        is_merged=is_merged,
-        cluster=clustering,
-    )
+    return prune_scene(cut, prune_config, report, at_least=at_least, why_all=why_all)
 
 
 @unless(lambda maps, skip: skip or (None if maps else "no --map"), ())

@@ -28,7 +28,7 @@ from brushgs.pipeline.moving import load_clip, with_rows
 from brushgs.pipeline.overpaint import Overpainted, open_overpaint
 from brushgs.pipeline.regions import Regions, open_regions
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.runner import costly, makes, unless
+from brushgs.pipeline.runner import Memory, costly, makes, unless
 from brushgs.pipeline.strokes import load_scene, open_palette
 from brushgs.pipeline.styling import Styles, open_styles
 from brushgs.pipeline.where import with_ids
@@ -97,6 +97,7 @@ def own_brushes(
     economy: float,
     more_brushes: tuple[str, ...],
     report: Report,
+    memory: Memory,
 ) -> "tuple[BrushSet, BrushKit]":
     """The brushes that options name, and which strokes each suits."""
     return open_brushes(
@@ -107,6 +108,7 @@ def own_brushes(
         report,
         by_material=economy > 0,
         stroke_color=stroke_color,
+        memory=memory,
     )
 
 
@@ -122,6 +124,7 @@ def overpaint(overpaint_config: OverpaintConfig, source: SceneFiles | Gaussians 
     return open_overpaint(overpaint_config, source)
 
 
+@costly
 @makes("loaded", "notes", "rows", "clip")
 def read(
     source: SceneFiles | Gaussians | Clip, workers: SequenceConfig | None, report: Report
