@@ -60,6 +60,7 @@ _CLASSES = {
         "brushgs.values.notes": ("LoadNotes",),
         "brushgs.passes.color.key_normals": ("Around", "Facing"),
         "brushgs.passes.reduce.cluster": ("Grouping",),
+        "brushgs.passes.seen": ("Seen",),
         "brushgs.rendering.canonical": ("Canonical",),
         "brushgs.brushes.brush_set": ("BrushSet",),
         "brushgs.brushes.texture": ("StrokeTexture", "Tint"),
@@ -442,11 +443,11 @@ class KeptMemory(Memory):
         """In the inner memory."""
         self.inner.keep(step, inputs, result)
 
-    def of(self, step: str, inputs: Sequence[object], make: Callable[[], T]) -> T:
+    def of(self, step: str, inputs: Sequence[object], make: Callable[[], T], *, is_only: bool = False) -> T:
         """The result from a memory or the disk, else made; a search keeps its last one when the job ends."""
-        return super().of(step, inputs, lambda: self._of_disk(step, inputs, make))
+        return super().of(step, inputs, lambda: self._of_disk(step, inputs, make, is_only=is_only))
 
-    def _of_disk(self, step: str, inputs: Sequence[object], make: Callable[[], T]) -> T:
+    def _of_disk(self, step: str, inputs: Sequence[object], make: Callable[[], T], *, is_only: bool) -> T:
         try:
             name = digest(program(), step, *inputs)
         except Unnamed:
@@ -458,7 +459,11 @@ class KeptMemory(Memory):
         except KeyError:
             start = time.perf_counter()
             result = make()
-            self._waiting[step] = name, result, time.perf_counter() - start, frozenset(_given(inputs))
+            to_keep = name, result, time.perf_counter() - start, frozenset(_given(inputs))
+            if is_only:
+                self.store.save(*to_keep)
+            else:
+                self._waiting[step] = to_keep
             self.found.discard(step)
         ORIGINS.add(result, name)
         return result

@@ -21,6 +21,7 @@ from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.passes.reduce.cluster import Grouping
+    from brushgs.passes.seen import Seen
     from brushgs.rendering.plain import PlainViews
     from brushgs.stroke_count.search import Clustered
     from brushgs.values.arrays import F32, F64, Mask, Rows
@@ -132,7 +133,17 @@ class StrokeMaker:
             motion=self.motion,
             economy=self.economy,
             cameras=self.cameras,
+            seen=self._seen(),
         )
+
+    def _seen(self) -> "Seen | None":
+        """What the views show of the Gaussians, for any number of strokes."""
+        gaussians, views = self.gaussians, self.views
+        if views is None or gaussians.finest is None:
+            return None
+        from brushgs.passes.seen import seen_in
+
+        return self.memory.of("seen", (gaussians, views), lambda: seen_in(gaussians, views), is_only=True)
 
     def _merged(
         self, grouping: "Grouping", most: int, into: "Rows | None" = None

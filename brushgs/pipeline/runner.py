@@ -74,7 +74,7 @@ class Memory:
         self.found: set[str] = set()
         self._kept: dict[str, tuple[tuple[object, ...], Any]] = {}
 
-    def of(self, step: str, inputs: Sequence[object], make: Callable[[], T]) -> T:
+    def of(self, step: str, inputs: Sequence[object], make: Callable[[], T], *, is_only: bool = False) -> T:
         """The result of a step: the last one, if its inputs are the same, else a new one.
 
         Args:
@@ -82,6 +82,7 @@ class Memory:
             inputs: all that its result depends on: options, arrays and objects that hold them, and tuples of
                 both.
             make: makes the result; nothing is stored if it raises.
+            is_only: whether a job asks once, so that the result may be written before it ends.
         """
         known = self.known(step)
         if known is not None and is_same(known[0], tuple(inputs)):

@@ -138,6 +138,7 @@ def group(
     motion: NDArray[np.float32] | None = None,
     economy: float = 0.0,
     cameras: Sequence[Camera] = (),
+    seen: Seen | None = None,
 ) -> Grouping:
     """Find clusters of similar neighbors by k-means. Arguments and errors are those of `cluster`.
 
@@ -145,8 +146,9 @@ def group(
     returned. `motion` [N, m] are further features, at most 7, in radii of the scene, to separate Gaussians
     that move differently; None for a still scene. With an `economy` above 0, up to 1, there are few clusters
     at first, which are cut only if the error is visible, see `passes.form.economy`: there may be fewer than
-    requested; no effect without views. `cameras` are those of `split`. No cluster mixes Gaussians of
-    different `regions`; if there are more regions than requested strokes, each region has one.
+    requested; no effect without views. `cameras` are those of `split`; `seen` is from `seen_in`, if it is
+    known. No cluster mixes Gaussians of different `regions`; if there are more regions than requested
+    strokes, each region has one.
     """
     num_strokes = _integer("num_strokes", num_strokes, 1, None)
     seed = _integer("seed", seed, 0, MAX_SEED)
@@ -168,7 +170,7 @@ def group(
     plain = None if views is None else PlainViews.of(gaussians, views)
     finest = finest_of(gaussians, None if plain is None else plain.cameras)
     gaussians = replace(gaussians, finest=finest)  # the same for all clusters
-    seen = None if plain is None else seen_in(gaussians, plain)
+    seen = seen_in(gaussians, plain) if seen is None and plain is not None else seen
     if plain is not None and seen is not None:
         goal = Goal(plain, num_strokes, focus, worth_keeping, economy, cameras)
         points = _points(seen.gaussians, features, motion)
