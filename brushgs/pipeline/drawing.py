@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import fields, replace
+from functools import partial
 from math import degrees
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +27,7 @@ from brushgs.values.gaussians import Gaussians
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import Brushes, BrushSet, Sigmas
     from brushgs.brushes.kit import BrushKit
+    from brushgs.brushes.texture import StrokeTexture
     from brushgs.formats.pictures.oiio import Strips
     from brushgs.rendering.canvas import Canvas, Painting
     from brushgs.rendering.coat import Coat
@@ -85,8 +87,11 @@ def open_brushes(
         if not named.names and len(paths_of(stroke)) == 1:
             texture = BrushSet.open(stroke, size=side, colored=colored)
         elif all(map(variants_of, kit.images)):  # built-in ones, about which there is nothing to warn
-            makes = kit.images, side, colored
-            texture = memory.of("brushes", makes, lambda: kit.open(size=side, colored=colored))
+            opening = {image: (image, side, colored) for image in kit.images}
+            known = {
+                image: memory.of(f"brush {image}", of, partial(_opened, *of)) for image, of in opening.items()
+            }
+            texture = kit.open(size=side, known=known, colored=colored)
         else:
             texture = kit.open(size=side, colored=colored)
         if styled and texture.kind == "image":
@@ -108,6 +113,12 @@ def open_brushes(
         if len(texture) > 1:
             stage.counts["brushes"] = list(texture.names)
     return texture, kit
+
+
+def _opened(image: str, side: int, colored: bool) -> "StrokeTexture":
+    from brushgs.brushes.texture import StrokeTexture
+
+    return StrokeTexture.open(image, size=side, colored=colored)
 
 
 def render_options(

@@ -40,8 +40,8 @@ T = TypeVar("T")
 MOST_BYTES = 2 << 30  # of all results; the least recently used are removed first
 MOST_EACH = MOST_BYTES // 4
 # Steps that are faster than writing their result are not kept.
-LEAST_SECONDS = 0.02
-BYTES_A_SECOND = 150e6
+LEAST_SECONDS = 0.002
+BYTES_A_SECOND = 500e6
 MOST_HASHED = 1 << 22  # bytes of an array that counts by its content: columns of strokes
 NOTHING: Mapping[str, Any] = {}
 MOST_FILES = 10_000  # of a folder that counts
@@ -59,6 +59,8 @@ _CLASSES = {
         "brushgs.rendering.plain": ("PlainViews",),
         "brushgs.values.notes": ("LoadNotes",),
         "brushgs.passes.color.key_normals": ("Around", "Facing"),
+        "brushgs.passes.add.lines": ("Lines",),
+        "brushgs.passes.color.recolor": ("Palette",),
         "brushgs.passes.reduce.cluster": ("Grouping",),
         "brushgs.passes.seen": ("Seen",),
         "brushgs.rendering.canonical": ("Canonical",),
@@ -375,7 +377,7 @@ def _encoded(value: Any, arrays: dict[str, Any], given: Collection[str]) -> Any:
         return {"array": name, "is_fixed": not value.flags.writeable}
     if isinstance(value, Path):
         return {"path": str(value)}
-    if isinstance(value, (tuple, list)):
+    if type(value) in (tuple, list):
         items = [_encoded(one, arrays, given) for one in value]
         return {"tuple": items} if isinstance(value, tuple) else items
     if isinstance(value, dict) and all(isinstance(key, str) for key in value):

@@ -30,7 +30,7 @@ class KeptLevels:
             return {}
         levels: Levels = {}
         with suppress(Unnamed):
-            name = digest(program(), "levels", texture)
+            name = digest(program(), "levels", texture.coverage, texture.height)
             with suppress(KeyError):
                 levels = of_arrays(self._store.load(name))
             self._seen[name] = texture, _amount(levels)

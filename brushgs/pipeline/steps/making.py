@@ -146,6 +146,7 @@ def finest(subject: Gaussians, plain_views: "PlainViews") -> Gaussians:
     return replace(subject, finest=finest_of(subject, plain_views.cameras))
 
 
+@costly
 @makes("lines", "line_brushes")
 @unless(lambda skip, has_lines: skip or (None if has_lines else "the medium draws no lines"))
 def drawn_lines(

@@ -112,6 +112,7 @@ def own_brushes(
     )
 
 
+@costly
 @unless(lambda palette_config: "no --palette" if palette_config is None else None)
 def palette(palette_config: PaletteConfig, report: Report) -> "Palette | None":
     """The colors of `--palette`."""
