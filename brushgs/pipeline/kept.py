@@ -59,7 +59,7 @@ _CLASSES = {
         "brushgs.rendering.plain": ("PlainViews",),
         "brushgs.values.notes": ("LoadNotes",),
         "brushgs.passes.color.key_normals": ("Around", "Facing"),
-        "brushgs.passes.add.lines": ("Lines",),
+        "brushgs.values.lines": ("Lines",),
         "brushgs.passes.color.recolor": ("Palette",),
         "brushgs.passes.reduce.cluster": ("Grouping",),
         "brushgs.passes.seen": ("Seen",),
@@ -191,7 +191,7 @@ def _of_folder(folder: Path) -> bytes:
     Raises:
         Unnamed: if they are too many, or vanish while they are counted.
     """
-    found = list(islice((path for path in folder.rglob("*") if path.is_file()), MOST_FILES + 1))
+    found = list(islice((str(path) for path in folder.rglob("*") if path.is_file()), MOST_FILES + 1))
     if len(found) > MOST_FILES:
         raise Unnamed
     try:
@@ -200,11 +200,10 @@ def _of_folder(folder: Path) -> bytes:
         raise Unnamed from None
 
 
-def _stated(files: Iterable[Path]) -> str:
+def _stated(files: Iterable[str]) -> str:
     """Names, sizes and times of files."""
-    return "\n".join(
-        f"{path} {at.st_size} {at.st_mtime_ns}" for path in sorted(files) for at in (path.stat(),)
-    )
+    stated = ((path, Path(path).stat()) for path in sorted(files))
+    return "\n".join(f"{path} {at.st_size} {at.st_mtime_ns}" for path, at in stated)
 
 
 @cache
@@ -215,10 +214,10 @@ def program() -> str:
     from brushgs.brushes.texture import strokes_folder
     from brushgs.core.native import core
 
-    found = [Path(core.__file__)]
-    for folder, _, names in os.walk(Path(brushgs.__file__).parent):
-        found += [Path(folder, name) for name in names if name.endswith((".py", ".toml"))]
-    found += strokes_folder().glob("*.png")
+    found = [core.__file__]
+    for folder in (Path(brushgs.__file__).parent, strokes_folder()):
+        for inner, _, names in os.walk(folder):
+            found += [f"{inner}/{name}" for name in names if name.endswith((".py", ".toml", ".png"))]
     return digest(brushgs.__version__, np.__version__, platform.machine(), _stated(found), clip_folder(None))
 
 

@@ -17,10 +17,10 @@ from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
-    from brushgs.passes.add.lines import Lines
     from brushgs.rendering.plain import PlainViews
     from brushgs.rendering.relief import Relief
     from brushgs.rendering.surface import Surface
+    from brushgs.values.lines import Lines
 
 BOUGHT = {"canvas": "#dccfb8", "paper": "#f7f3ea"}  # untoned grounds
 BY_LIGHT = 2.0  # ratio of `Relief.by_light` to the strength of the key light

@@ -18,25 +18,35 @@ from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.studio.settings import Settings
 from brushgs.pipeline import kept
 from brushgs.pipeline.kept import KeptMemory, Store, Unnamed, digest
+from brushgs.pipeline.kept_levels import KeptLevels
 from brushgs.pipeline.report import Report
 from brushgs.rendering.plain import plain_views
+from brushgs.rendering.texture_levels import found_by, known_levels, packed_levels
 from tests.kit.kept import MOST_HASHED, OF_NAME, of_content
 from tests.scenes import save_upright, still_life_of
 
 BARE = ["--strokes", "60", "--size", "64x48"]
 PLAIN = ["--look", "plain", "--see", "off"]  # what is soonest painted
-OPTIONS = [  # each before and after its change
-    ("--lamp", ["40,30", "-120,50"]),
-    ("--seed", ["0", "3"]),
-    ("--economy", ["0", "0.5"]),
-    ("--focus", ["auto", "0,0,0,0.3"]),
-    ("--azimuth", ["0", "30"]),
-    ("--direction", ["own", "form"]),
-    ("--clean", ["off", "strong"]),
-    ("--keep", ["0.5", "0.9"]),
-    ("--look", ["oil", "watercolour"]),
-    ("--see", ["views", "off"]),
-]
+# Options of commands, and their values; the first is that of the first command.
+OF_PAINT = {
+    "--lamp": ["40,30", "-120,50"],
+    "--look": ["oil", "watercolour", "gouache", "ink"],
+    "--stroke": ["flat,dab", "impasto"],
+    "--broken-color": ["0", "0.05"],
+    "--strokes": ["450", "60"],
+    "--palette": ["palette.png", "scene.png"],
+}
+OF_SCENE = {
+    "--seed": ["0", "3"],
+    "--economy": ["1", "0", "0.5"],
+    "--focus": ["auto", "0,0,0,0.3"],
+    "--azimuth": ["0", "30"],
+    "--direction": ["own", "form"],
+    "--clean": ["off", "strong"],
+    "--keep": ["0.5", "0.9"],
+    "--see": ["views", "off"],
+}
+NUM_PAIRS = 8
 
 
 @pytest.fixture(autouse=True)
@@ -74,18 +84,24 @@ def report_of(scene, output, capsys, *flags):
     return {stage["name"]: stage for stage in found["stages"]}, found["notes"]
 
 
-def test_commands_one_after_another_paint_the_same_bits(folder, scene, tmp_path):
-    """Each differs from the one before in two options, and finds what all before it have left."""
-    flags, found = {name: values[0] for name, values in OPTIONS}, 0
-    picture(scene, tmp_path / "first.png", *chain(*flags.items()))
-    for changed in zip(OPTIONS[::2], OPTIONS[1::2], strict=True):
-        flags |= {name: values[-1] for name, values in changed}
+def test_commands_one_after_another_paint_the_same_bits(folder, scene, tmp_path, monkeypatch):
+    """Each differs from the one before in two random options, and finds what all before it have left."""
+    monkeypatch.chdir(tmp_path)
+    picture(scene, "palette.png")
+    picture(scene, "scene.png", "--azimuth", "90", "--look", "plain")
+    random, found = np.random.default_rng(1), 0
+    flags = {name: values[0] for name, values in (OF_PAINT | OF_SCENE).items()}
+    for _ in range(NUM_PAIRS):
+        for options in (OF_PAINT, OF_SCENE):
+            name = random.choice([*options]).item()
+            flags[name] = random.choice([one for one in options[name] if one != flags[name]]).item()
+        words = [*chain(*flags.items())]
         before = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
-        with_cache = picture(scene, tmp_path / "with.png", *chain(*flags.items()))
+        with_cache = picture(scene, tmp_path / "with.png", *words)
         found += sum(path.stat().st_mtime_ns > before.get(path.name, np.inf) for path in folder.iterdir())
-        without = picture(scene, tmp_path / "without.png", *chain(*flags.items()), "--no-cache")
-        np.testing.assert_array_equal(with_cache, without, err_msg=f"{flags}")
-    assert found > 5  # results were used
+        without = picture(scene, tmp_path / "without.png", *words, "--no-cache")
+        np.testing.assert_array_equal(with_cache, without, err_msg=f"{words}")
+    assert found > 5 * NUM_PAIRS  # results were used
 
 
 def test_a_kept_result_reports_its_stages_and_notes(folder, scene, tmp_path, capsys):
@@ -180,6 +196,23 @@ def test_results_come_back_as_they_went(tmp_path):
         np.testing.assert_array_equal(getattr(found[0], column), array)
     np.testing.assert_array_equal(found[1].frames[0].rgb, views.frames[0].rgb)
     np.testing.assert_array_equal(found[1].cameras[0].viewmat, views.cameras[0].viewmat)
+
+
+def test_levels_of_brushes_come_back_as_they_were(tmp_path):
+    first, second = (replace(bg.StrokeTexture.open("flat")) for _ in range(2))
+    levels = KeptLevels(Store(tmp_path))
+    with found_by(levels.find):
+        made = {
+            code: packed_levels(first, [code], heights=code[0] > 1)[0] for code in ((0, 0), (2, 1), (3, 3))
+        }
+        levels.close()
+    with found_by(KeptLevels(Store(tmp_path)).find):
+        assert known_levels(second) == {}
+        packed_levels(second, [])
+    assert known_levels(second).keys() == made.keys()
+    for code, found in known_levels(second).items():
+        for name in ("pairs", "shape", "reaches", "pairs_with_height", "tints"):
+            np.testing.assert_equal(getattr(found, name), getattr(made[code], name), err_msg=f"{code} {name}")
 
 
 def test_the_least_recently_used_go_first(tmp_path):

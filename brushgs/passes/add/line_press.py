@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.passes.add.lines import Lines
 from brushgs.passes.neighbours import nearest
 from brushgs.values.along import Along
 from brushgs.values.arrays import F64
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.lines import Lines
 
 NEAR, DARKEST = 10, 4  # strokes near a piece, and how many of them, the darkest, make up the dark side
 LIGHT, DARK = 0.52, 0.12  # tones on the dark side: pressure is none from the first on, full up to the second

@@ -19,6 +19,7 @@ from brushgs.values.arrays import F64, Mask, Rows
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.lines import Lines
 
 # Choose the chains of a picture that are worth a line: long or strong, without the zigzag of texture.
 #
@@ -103,33 +104,6 @@ WIDTH = 2.2  # px, of the strongest line, in a picture of 800x600
 FAINT = 0.4  # of that, the width of the faintest
 FULL = 0.35  # strength above which a line has its full width
 LINE_SIGMAS = 1.76  # half length of a box, standard deviations: `fitted_sigmas` of the stroke "line"
-
-
-@dataclass(frozen=True, eq=False)
-class Lines:
-    """Lines of a scene, as L strokes: nearly straight pieces, each overlapping the next.
-
-    Attributes:
-        strokes: the pieces; their longest axis runs along the line.
-        strengths: [L] of the line, from 0 (the faintest that is drawn) to 1: an edge at 0.5 is twice as long
-            or as strong as at 0, see `stronger_than`.
-        chains: [L] line of each piece, ascending; the pieces of a line are in order.
-        normals: [L, 3] of the surface at a silhouette, for `fade_by_facing`: longer normals fade sooner. 0
-            for lines fixed in space.
-    """
-
-    strokes: Gaussians
-    strengths: F64
-    chains: Rows
-    normals: F64
-
-    def __len__(self) -> int:
-        return len(self.strokes)
-
-    def stronger_than(self, strength: float) -> "Lines":
-        """The lines of at least this strength, each as a whole."""
-        rows = np.flatnonzero(self.strengths >= strength)
-        return Lines(self.strokes.take(rows), self.strengths[rows], self.chains[rows], self.normals[rows])
 
 
 def find_lines(

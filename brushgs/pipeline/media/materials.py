@@ -24,10 +24,10 @@ from brushgs.values.sh import base_colors, in_colors, seen_from
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
     from brushgs.brushes.texture import StrokeTexture
-    from brushgs.passes.add.lines import Lines
     from brushgs.pipeline.media.motif import Motif
     from brushgs.pipeline.media.sight import Sight
     from brushgs.values.arrays import F64
+    from brushgs.values.lines import Lines
 
 M = TypeVar("M", bound=Medium)
 BACKDROP = "backdrop"  # name of the coat around the strokes of a scene

@@ -55,7 +55,6 @@ from brushgs.values.part import Part
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
     from brushgs.brushes.kit import BrushKit
-    from brushgs.passes.add.lines import Lines
     from brushgs.passes.add.stage import Site
     from brushgs.passes.color.recolor import Palette
     from brushgs.passes.color.values import Values
@@ -68,6 +67,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.options import RenderOptions
     from brushgs.rendering.plain import PlainViews
     from brushgs.rendering.surface import Surface
+    from brushgs.values.lines import Lines
 
 Change = Callable[[Array], Array]
 

@@ -37,7 +37,6 @@ from brushgs.values.gaussians import Gaussians
 
 if TYPE_CHECKING:
     from brushgs.brushes.brush_set import BrushSet
-    from brushgs.passes.add.lines import Lines
     from brushgs.passes.add.stage import Site
     from brushgs.passes.form.defocus import Lens
     from brushgs.passes.motion.canonical import Canonical
@@ -45,6 +44,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.plain import PlainViews
     from brushgs.stroke_count.view_model import ViewModel
     from brushgs.values.arrays import F64
+    from brushgs.values.lines import Lines
     from brushgs.values.notes import LoadNotes
 
 

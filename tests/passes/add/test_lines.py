@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.passes.add.lines import Lines, find_lines
+from brushgs.passes.add.lines import find_lines
 from brushgs.rendering.facing import facing, fade_by_facing
 from brushgs.rendering.plain import plain_views
+from brushgs.values.lines import Lines
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
 from tests.kit.for_each import for_each
