@@ -207,7 +207,7 @@ def with_accents(
         made = replace(made, brushes=None)
         depends = made, gaussians, views, count, focus, lens, config.strokes.depth_of_field
         found = memory.of(
-            "accents", depends, lambda: accents(made, gaussians, near, count=count, focus=weights)
+            "missing accents", depends, lambda: accents(made, gaussians, near, count=count, focus=weights)
         )
         stage.did = f"{len(found):,} of pure light and dark"
         stage.counts = {"strokes": len(found)}

@@ -8,11 +8,8 @@ memory. Its checksum is verified; what cannot be read is removed and made again.
 """
 
 import hashlib
-import json
-import mmap
 import os
 import platform
-import sys
 import time
 import warnings
 import weakref
@@ -32,6 +29,7 @@ import brushgs
 from brushgs.errors import SceneWarning
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.where import clip_folder
+from brushgs.pipeline.kept_file import read_arrays, write_arrays
 from brushgs.pipeline.report import Report, Stage
 from brushgs.pipeline.runner import KEPT, Memory, NoMemory, Step
 
@@ -47,7 +45,6 @@ NOTHING: Mapping[str, Any] = {}
 MOST_FILES = 10_000  # of a folder that counts
 _ENDS = 1 << 16  # bytes at the head and tail of a file that count
 SUFFIX = ".kept"
-_WORD, _ALIGNED = 8, 64  # bytes of a word of the checksum; and the multiples at which arrays start
 FOLDER = "BRUSHGS_CACHE"  # environment variable: a folder, or "off"
 # Classes of results. Others are not kept.
 _CLASSES = {
@@ -253,7 +250,7 @@ class Store:
         """
         path = self.folder / f"{name}{SUFFIX}"
         try:
-            header, arrays = _read(path)
+            header, arrays = read_arrays(path)
             value = _decoded(header, {**arrays, **given})
             os.utime(path)
         except FileNotFoundError:
@@ -284,7 +281,7 @@ class Store:
         temporary = self.folder / f".{name}-{os.urandom(4).hex()}"
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            _write(temporary, encoded, arrays)
+            write_arrays(temporary, encoded, arrays)
             temporary.replace(self.folder / f"{name}{SUFFIX}")
             self._trim()
         except OSError:  # a full disk, a folder that cannot be written
@@ -306,56 +303,6 @@ class Store:
         for path in (*self.folder.glob(f"*{SUFFIX}"), *self.folder.glob(".*-*")):
             with suppress(OSError):
                 path.unlink()
-
-
-def _write(path: Path, value: Any, arrays: Mapping[str, np.ndarray[Any, Any]]) -> None:
-    """Write a new file: checksum and length of the header as words, the header, and the arrays.
-
-    Raises:
-        OSError: if it cannot be written.
-    """
-    layout, start = {}, 0
-    for name, array in arrays.items():
-        order = "F" if array.flags.f_contiguous and not array.flags.c_contiguous else "C"
-        layout[name] = array.dtype.str, array.shape, order, start
-        start += -(-array.nbytes // _ALIGNED) * _ALIGNED
-    header = json.dumps({"value": value, "arrays": layout}).encode()
-    header += b" " * (-(len(header) + 2 * _WORD) % _ALIGNED)
-    head = len(header).to_bytes(_WORD, sys.byteorder) + header
-    parts = [np.frombuffer(head, np.uint8)]
-    parts += [np.ravel(array, layout[name][2]).view(np.uint8) for name, array in arrays.items()]
-    with path.open("xb") as file:
-        file.write(bytes(_WORD))
-        total = 0
-        for part in parts:
-            file.write(part)
-            file.write(bytes(-file.tell() % _ALIGNED))
-            whole = len(part) // _WORD * _WORD
-            total += int(part[:whole].view(np.uint64).sum(dtype=np.uint64))
-            total += int.from_bytes(part[whole:].tobytes(), sys.byteorder)
-        file.seek(0)
-        file.write((total % (1 << 8 * _WORD)).to_bytes(_WORD, sys.byteorder))
-
-
-def _read(path: Path) -> tuple[Any, dict[str, np.ndarray[Any, Any]]]:
-    """The header's value and the arrays of a file; changes of these arrays do not reach it.
-
-    Raises:
-        OSError: if there is none.
-        ValueError: if it is damaged.
-    """
-    with path.open("rb") as file:
-        mapped = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_COPY)
-    words = np.frombuffer(mapped, np.uint64)
-    if words[0] != words[1:].sum(dtype=np.uint64):
-        raise ValueError("the checksum is wrong")
-    start = 2 * _WORD + int(words[1])
-    header = json.loads(mapped[2 * _WORD : start])
-    arrays = {
-        name: np.ndarray(shape, dtype, mapped, start + offset, order=order)
-        for name, (dtype, shape, order, offset) in header["arrays"].items()
-    }
-    return header["value"], arrays
 
 
 def _given(inputs: Iterable[object]) -> dict[str, object]:

@@ -143,7 +143,9 @@ class StrokeMaker:
             return None
         from brushgs.passes.seen import seen_in
 
-        return self.memory.of("seen", (gaussians, views), lambda: seen_in(gaussians, views), is_only=True)
+        return self.memory.of(
+            "visibility", (gaussians, views), lambda: seen_in(gaussians, views), is_only=True
+        )
 
     def _merged(
         self, grouping: "Grouping", most: int, into: "Rows | None" = None

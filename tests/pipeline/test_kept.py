@@ -18,6 +18,7 @@ from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.studio.settings import Settings
 from brushgs.pipeline import kept
 from brushgs.pipeline.kept import KeptMemory, Store, Unnamed, digest
+from brushgs.pipeline.kept_file import read_arrays, write_arrays
 from brushgs.pipeline.kept_levels import KeptLevels
 from brushgs.pipeline.report import Report
 from brushgs.rendering.plain import plain_views
@@ -168,7 +169,7 @@ def test_damaged_results_are_made_again(folder, scene, tmp_path):
         path.write_bytes((b"", content[:-64], content[:20], b"not a kept one" * 96)[index % 4])
     np.testing.assert_array_equal(picture(scene, tmp_path / "two.png"), before)
     assert sorted(path.name for path in folder.iterdir()) == names
-    assert all(kept._read(path) for path in folder.iterdir())
+    assert all(read_arrays(path) for path in folder.iterdir())
 
 
 def test_a_flipped_byte_and_a_foreign_class_are_refused(tmp_path):
@@ -180,7 +181,7 @@ def test_a_flipped_byte_and_a_foreign_class_are_refused(tmp_path):
     path.write_bytes(content)
     with pytest.raises(KeyError):
         store.load("name")
-    kept._write(path, {"class": "Popen", "fields": {"args": "true"}}, {})
+    write_arrays(path, {"class": "Popen", "fields": {"args": "true"}}, {})
     with pytest.raises(KeyError):
         store.load("name")
     assert not path.exists()

@@ -58,7 +58,8 @@ CHANGES = [
     (changed("color", chroma=2.0), set()),
     (changed("draw", streaks=0.3), set()),
     (replace(changed("draw", stroke="dab"), brushes=PaintConfig().brushes), {"own_brushes"}),
-    (changed("cluster", strokes=40), {"pruned", "focus"} | MADE | LIT),
+    (changed("cluster", strokes=40), MADE),
+    (changed("cluster", strokes=3000), {"pruned", "focus"} | MADE | LIT),  # more than pruning would keep
     (changed("prune", keep=0.5), {"pruned", "focus"} | MADE | LIT),
     (changed("strokes", solid=False), {"cluster", "direction", "repaint"}),
 ]
