@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from brushgs.passes.add.backdrop import Backdrop
     from brushgs.passes.add.stage import Site
     from brushgs.passes.add.stage import Stage as Scenery
+    from brushgs.passes.add.stage_ground import Ground
+    from brushgs.passes.add.stage_map import Manner
     from brushgs.passes.form.edges import Edges
     from brushgs.rendering.plain import PlainViews
 
@@ -93,16 +95,23 @@ def open_backdrop(
     if not has_one or first_view is None or not setting.cameras or len(materials.strokes) == 0:
         return [], materials, None
     with report.stage("backdrop") as stage:
-        from brushgs.passes.add.backdrop import reason_for_none
+        from brushgs.passes.add.backdrop import is_land, reason_for_none, reason_of_border
 
         frames = [] if setting.views is None else setting.views.frames[:1]
+        manner = _manner_in(config, setting)
+        on_land = manner is not None and not ground.backdrop_always and is_land(first_view)
         reason = None if ground.backdrop_always else reason_for_none(first_view, frames)
+        if on_land:
+            reason = reason_of_border(frames)
         if reason is not None:
             stage.did, stage.counts = "nothing", {"strokes": 0}
             stage.skipped.append(f"backdrop: {reason}")
             return [], materials, None
         shifts = None
-        if ground.stage:
+        if on_land and manner is not None:
+            coat, materials = _around_land(config, setting, manner, first_view, materials)
+            stage.did = f"{len(coat.strokes):,} strokes around the land, in the manner of its style"
+        elif ground.stage:
             assert setting.site is not None, "it was found for the stage"
             coat, materials, shifts = _stage(config, setting, setting.site, materials, stage)
         else:
@@ -110,6 +119,37 @@ def open_backdrop(
             stage.did = f"{len(coat.strokes):,} strokes around the scene"
         stage.counts["strokes"] = len(coat.strokes)
     return [coat], materials, shifts
+
+
+def _manner_in(config: PaintConfig, setting: Setting) -> "Manner | None":
+    """How styles paint what surrounds the subject; None if they do not."""
+    is_paint = config.media.kind == "paint" and config.ground.stage_colors is None
+    return manner_of(setting.styles) if is_paint else None
+
+
+def _around_land(
+    config: PaintConfig, setting: Setting, manner: "Manner", first_view: FirstView, materials: Materials
+) -> tuple[Coat, Materials]:
+    """The surroundings of land seen from the air, and the land set off against them."""
+    from brushgs.passes.add.around_land import around_land
+
+    seed = config.cluster.seed
+    strokes = around_land(manner, setting.gaussians, first_view, setting.cameras, seed=seed)
+    strokes = _finished(strokes, setting=setting, has_colors=True, seed=seed)
+    coat = Coat(BACKDROP, strokes, materials.texture, materials.options.for_marks(materials.texture))
+    return _set_off(coat, materials, setting)
+
+
+def _set_off(
+    coat: Coat, materials: Materials, setting: Setting, ground: "Ground | None" = None
+) -> tuple[Coat, Materials]:
+    """Surroundings in the manner of paintings and their subject, told apart by lightness."""
+    from brushgs.passes.add.set_off import set_off
+
+    brushes = materials.texture, materials.options.as_still()
+    scene, cameras = setting.gaussians, setting.cameras
+    behind, strokes = set_off(coat.strokes, materials.strokes, scene, cameras, ground, brushes)
+    return replace(coat, strokes=behind), replace(materials, strokes=strokes)
 
 
 def _loose(config: PaintConfig, setting: Setting, first_view: FirstView, materials: Materials) -> Coat:
@@ -138,9 +178,7 @@ def _stage(
     ground, strokes, seed = config.ground, materials.strokes, config.cluster.seed
     suns = [] if setting.suns is None else list(setting.suns[1:])
     tone, values = _tone_of(ground), config.color.values
-    manner = (
-        manner_of(setting.styles) if config.media.kind == "paint" and ground.stage_colors is None else None
-    )
+    manner = _manner_in(config, setting)
     stage = open_stage(site, strokes, setting.cameras, tone, suns, values=values)
     size = size_beside(len(strokes)) * ground.stage_size
     brushwork = Brushwork(size, ground.stage_aspect, ground.stage_jitter, ground.shadow, manner)
@@ -156,24 +194,14 @@ def _stage(
         colors = [base_colors(one.strokes.sh) for one in (coat, *laid)]
         shifts = (np.stack(colors) - colors[0]).astype(np.float32)
     if manner is not None:
-        from brushgs.passes.add.set_off import set_off
-
-        behind, strokes = set_off(
-            coat.strokes,
-            strokes,
-            setting.gaussians,
-            setting.cameras,
-            stage.ground,
-            (materials.texture, materials.options.as_still()),
-        )
-        coat, materials = replace(coat, strokes=behind), replace(materials, strokes=strokes)
+        coat, materials = _set_off(coat, materials, setting, stage.ground)
     coat = replace(coat, normals=stage.normals_of(coat.strokes), is_one_sided=True)
     _describe(report, stage, len(coat.strokes))
     if stage.ground is not None:
         table = stage.tones.table if config.media.kind == "paint" else None
         if manner is not None:
             table = stage.table_color(coat.strokes)
-        materials = replace(materials, strokes=dissolved(strokes, stage.ground, table))
+        materials = replace(materials, strokes=dissolved(materials.strokes, stage.ground, table))
     return coat, materials, shifts
 
 

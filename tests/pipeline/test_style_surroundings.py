@@ -120,3 +120,14 @@ def test_each_dial_changes_what_it_names_and_nothing_else(coats_with, without, d
 
 def mean_lab(strokes):
     return oklab_of(np.clip(base_colors(strokes.sh), 0, 1).astype(np.float64)).mean(axis=0)
+
+
+def test_land_seen_from_the_air_has_surroundings_only_in_a_style(folder):
+    still = still_life_of(1000)
+    land = replace(still, means=still.means * np.float32([1, 0.02, 1]), scales=0.2 * still.scales)
+
+    def coats(config):
+        return [coat.name for coat in prepare(land, config, Report(), asks=PICTURE).painting.coats]
+
+    assert coats(styled(SMALL, f"{folder}/blue.style")) == ["backdrop", *coats(SMALL)]
+    assert coats(styled(SMALL, f"{folder}/blue.style;stage=0")) == coats(SMALL)

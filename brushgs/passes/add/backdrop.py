@@ -141,8 +141,18 @@ def reason_for_none(first_view: FirstView, plain: Sequence[Frame]) -> str | None
     """
     if first_view.eye is not None:
         return "the scene is seen from inside"
-    if default_elevation(first_view.points, first_view.up) == FLAT_ELEVATION:
+    if is_land(first_view):
         return "the scene is flat, and seen from above"
+    return reason_of_border(plain)
+
+
+def is_land(first_view: FirstView) -> bool:
+    """Whether a scene is flat and seen from outside, such as land seen from the air."""
+    return first_view.eye is None and default_elevation(first_view.points, first_view.up) == FLAT_ELEVATION
+
+
+def reason_of_border(plain: Sequence[Frame]) -> str | None:
+    """Why pictures [any number] of a scene leave no room for a backdrop; None if they do."""
     if plain and float(np.mean([border_alpha(frame) for frame in plain])) >= FULL_BORDER:
         return "the scene fills the picture up to its border"
     return None
@@ -189,7 +199,7 @@ def backdrop(
     g = np.random.default_rng([seed, count])
     axes = camera_axes(first_view.up, 0.0, 0.0)  # right, down, forward
 
-    outward, along = _sphere(count, g)
+    outward, along = sphere(count, g)
     mean = mean_lab(gaussians, weights)
     rise = smoothstep(0.5 - _RISE * outward[:, 1:2])
     lab = rise * look.above.lab(mean) + (1 - rise) * look.below.lab(mean)
@@ -211,7 +221,7 @@ def backdrop(
     ).astype(gaussians.means.dtype.type)
 
 
-def _sphere(count: int, g: np.random.Generator) -> tuple[F64, F64]:
+def sphere(count: int, g: np.random.Generator) -> tuple[F64, F64]:
     """[n, 3] directions and, across them, [n, 3] axes of strokes; right, down, forward.
 
     A Fibonacci lattice around the vertical, jittered; the axes follow a swirl around it.

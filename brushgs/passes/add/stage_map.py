@@ -117,20 +117,33 @@ def _borders(camera: Camera, place: Place) -> tuple[float, float]:
     return bottom, top
 
 
-def map_colors(manner: Manner, layout: Layout, surface: Surface, spots: Spots, own: F64) -> F64:
+class Places(NamedTuple):
+    """Places in a map: [n] columns in turns of it, and [n] rows from 0 at its top to 1 at its foot."""
+
+    columns: F64
+    rows: F64
+
+
+def places_on(layout: Layout, surface: Surface, spots: Spots) -> Places:
+    """The places in a map that lie at spots of a stage."""
+    rows = 1 - np.interp(spots.along, surface.length, layout.heights)
+    return Places(-spots.around * layout.repeats / (2 * np.pi), rows)
+
+
+def map_colors(manner: Manner, places: Places, own: F64) -> F64:
     """[n, 3] OKLab colors of the maps by their shares, and of `own` [n, 3] for the rest."""
     found = (1 - manner.color) * own
     for part in manner.parts:
-        own_colors = _sampled(oklab_field(part.stage), layout, surface, spots)
+        own_colors = _sampled(oklab_field(part.stage), places)
         found += part.color * (own_colors if part.inks is None else part.inks.flat(own_colors))
     return found
 
 
-def map_contrasts(manner: Manner, layout: Layout, surface: Surface, spots: Spots) -> F64:
+def map_contrasts(manner: Manner, places: Places) -> F64:
     """[n] factor on the color differences from mark to mark, 0 to 1: small where maps are calm."""
-    found, total = np.zeros(len(spots.points)), 0.0
+    found, total = np.zeros(len(places.rows)), 0.0
     for part in manner.parts:
-        factors = _sampled(_contrasts(part)[..., None], layout, surface, spots)[:, 0]
+        factors = _sampled(_contrasts(part)[..., None], places)[:, 0]
         found, total = found + part.color * factors, total + part.color
     return found / total if total > 0 else np.ones(len(found))
 
@@ -169,11 +182,7 @@ def map_directions(
         frames: [n, 3] unit vectors around the axis, and up along the profile.
     """
     around, rise = frames
-    pairs = np.zeros((len(along), 2))
-    for part in manner.parts:
-        pairs += part.direction * _sampled(part.stage.directions.astype(np.float64), layout, surface, spots)
-    angles = 0.5 * np.arctan2(pairs[:, 1], pairs[:, 0]) + LOOSE * spots.noise[:, 6]
-    clear = np.clip(2 * np.hypot(pairs[:, 0], pairs[:, 1]), 0, 1)[:, None]
+    angles, clear = map_angles(manner, places_on(layout, surface, spots), spots.noise[:, 6])
     ratio = np.interp(spots.along, surface.length, layout.upward / layout.around)
     across, up = np.cos(angles), -np.sin(angles) * np.clip(ratio, 1 / MOST_STRETCH, MOST_STRETCH)
     lengths = np.hypot(across, up)
@@ -185,13 +194,22 @@ def map_directions(
     return np.where(norms > 1e-6, mixed / np.maximum(norms, 1e-6), along), stretch
 
 
-def _sampled(field: F64, layout: Layout, surface: Surface, spots: Spots) -> F64:
-    """[n, k] a field [h, w, k] of a map at spots."""
+def map_angles(manner: Manner, places: Places, noise: F64) -> tuple[F64, F64]:
+    """[n] directions of the maps, radians from right to down, and [n, 1] how clear they are, 0 to 1."""
+    pairs = np.zeros((len(places.rows), 2))
+    for part in manner.parts:
+        pairs += part.direction * _sampled(part.stage.directions.astype(np.float64), places)
+    angles = 0.5 * np.arctan2(pairs[:, 1], pairs[:, 0]) + LOOSE * noise
+    return angles, np.clip(2 * np.hypot(pairs[:, 0], pairs[:, 1]), 0, 1)[:, None]
+
+
+def _sampled(field: F64, places: Places) -> F64:
+    """[n, k] a field [h, w, k] of a map at places."""
     from scipy.ndimage import map_coordinates
 
     height, width = field.shape[:2]
-    v = (1 - np.interp(spots.along, surface.length, layout.heights)) * (height - 1)
-    u = (-spots.around * layout.repeats / (2 * np.pi) % 1) * width
+    v = places.rows * (height - 1)
+    u = (places.columns % 1) * width
     closed = np.concatenate([field, field[:, :1]], axis=1)
     return np.stack(
         [map_coordinates(closed[..., k], [v, u], order=1) for k in range(field.shape[-1])], axis=1

@@ -8,7 +8,15 @@ import numpy as np
 
 from brushgs.core.native import core as _core
 from brushgs.passes.add.backdrop import seen_by_any
-from brushgs.passes.add.stage_map import Layout, Manner, layout_of, map_colors, map_contrasts, map_directions
+from brushgs.passes.add.stage_map import (
+    Layout,
+    Manner,
+    layout_of,
+    map_colors,
+    map_contrasts,
+    map_directions,
+    places_on,
+)
 from brushgs.passes.add.stage_surface import Spots, Surface, noise_of, spots_on
 from brushgs.values.arrays import F64, Mask
 from brushgs.values.camera import Camera
@@ -118,7 +126,7 @@ def _in_manner(
         (1 - share) * own + share * of_style
         for own, of_style in zip(brushwork.jitter, manner.jitter, strict=True)
     )
-    broken = 1 - share + share * map_contrasts(manner, layout, surface, spots)
+    broken = 1 - share + share * map_contrasts(manner, places_on(layout, surface, spots))
     frames = _frames(spots, stage, cameras, g)
     slope, (cos, sin) = surface.slope(spots.along), (np.cos(spots.around), np.sin(spots.around))
     around = np.stack([-sin, np.zeros(len(cos)), cos], axis=1)
@@ -156,7 +164,7 @@ def _colors(spots: Spots, stage: "Stage", brushwork: Brushwork, layout: Layout |
     surface, ground = stage.surface, stage.ground
     lab = np.asarray(_core.surface_colors(surface, spots, stage.tones, ground)).reshape(-1, 3)
     if layout is not None and brushwork.manner is not None:
-        lab = map_colors(brushwork.manner, layout, surface, spots, lab)
+        lab = map_colors(brushwork.manner, places_on(layout, surface, spots), lab)
     if brushwork.shadow > 0:
         _core.shade_colors(spots, stage.shadow, brushwork.shadow, ground, lab)
     return lab

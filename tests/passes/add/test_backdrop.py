@@ -14,6 +14,7 @@ from brushgs.passes.add.backdrop import (
     Tone,
     backdrop,
     ground_color,
+    is_land,
     mean_lab,
     reason_for_none,
 )
@@ -181,5 +182,8 @@ def test_a_scene_that_fills_its_pictures_or_is_seen_from_inside_or_is_flat_gets_
     assert "fills" in reason_for_none(view, [frame_with(0.95)])
     assert reason_for_none(view, [frame_with(0.95), frame_with(0.2)]) is None
     assert "inside" in reason_for_none(replace(view, eye=np.zeros(3)), [frame_with(0.1)])
+    assert not is_land(view)
     flat = replace(view, points=view.points * (1, 0.01, 1))
+    assert is_land(flat)
+    assert not is_land(replace(flat, eye=np.zeros(3)))
     assert "flat" in reason_for_none(flat, [frame_with(0.1)])

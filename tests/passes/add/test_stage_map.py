@@ -7,7 +7,7 @@ import pytest
 
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.passes.add.set_off import lightened, set_off
-from brushgs.passes.add.stage_map import Manner, Part, layout_of, map_contrasts
+from brushgs.passes.add.stage_map import Manner, Part, layout_of, map_contrasts, places_on
 from brushgs.passes.add.stage_paint import Brushwork, painted_stage
 from brushgs.passes.add.stage_surface import Spots
 from brushgs.rendering.plain import plain_views
@@ -90,7 +90,7 @@ def test_strokes_differ_where_the_map_is_busy_and_hardly_where_it_is_calm():
     around = 2 * np.pi / layout.repeats * np.array([-0.25, -0.75])  # columns run against the turn
     along = np.full(2, stage.surface.length[-1] / 2)
     spots = Spots(np.zeros((2, 3)), around, along, np.ones(2), np.zeros((2, 7)))
-    calm, busy = map_contrasts(one, layout, stage.surface, spots)
+    calm, busy = map_contrasts(one, places_on(layout, stage.surface, spots))
     assert calm < 0.2
     assert busy == pytest.approx(1)
 
