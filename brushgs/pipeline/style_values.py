@@ -30,6 +30,9 @@ FEWEST, MOST = 5000, 20_000
 # OKLab lightness, that of the look of broken color: marks of paintings differ by 0.05 to 0.14, but much of
 # this is what they depict; with 0.05 a grey street turns to confetti.
 MOST_BROKEN = 0.034
+# Economy: marks of a painting are about equally large everywhere, also on flat areas. Above 0, so that no
+# stroke is longer than 12 % of the picture.
+EVEN = 0.1
 BESIDE_MARKS = 0.5  # share of it between strokes whose marks differ within themselves
 MOST_TINT = 0.2  # of a ground, OKLab a and b
 
@@ -56,8 +59,7 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
         found["light"] = found.get("light", {}) | _flattened(values, flat)
     broken = [(_broken_color(style, marks), share) for style, marks, share in drawn]
     lit = [((1 - style.flatness) * marks.relief, share) for style, marks, share in drawn if marks.relief > 0]
-    # The marks of a painting are about equally large everywhere, also on flat areas.
-    even = [(0.0, share) for _, share in marked]
+    even = [(EVEN, share) for _, share in marked]
     for step, field, wanted in (
         ("strokes", "broken_color", broken),
         ("strokes", "economy", even),
