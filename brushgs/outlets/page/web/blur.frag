@@ -1,6 +1,7 @@
 #version 300 es
 // The height of paint and canvas, blurred along x, and then along y, so that the last pass reads four heights
-// and not four columns of them: `finish` in rendering/coats.py, and rendering/light.py.
+// and not four columns of them: `finish` in rendering/coats.py, and rendering/light.py. A texel holds four pixels
+// of a row, which share most of what they are made of.
 precision highp float;
 precision highp int;
 
@@ -9,7 +10,7 @@ precision highp int;
 
 const int MOST_REACH = 15;
 
-uniform float uTaps[MOST_REACH + 1];  // weights, from the middle out
+uniform float uTaps[MOST_REACH + 4];  // weights, from the middle out; 0 beyond the reach
 uniform int uReach;  // pixels
 
 uniform ivec2 uSize;
@@ -20,31 +21,32 @@ uniform highp sampler2D uCanvas;  // premultiplied color and alpha
 uniform highp sampler2D uDetail;  // height of the paint
 uniform float uSurfaceHeight;  // standard deviation, pixels
 
-layout(location = 0) out vec4 oHeight;
+layout(location = 0) out vec4 oHeights;
 
 float heightAt(ivec2 pixel) {
   float height = 0.0;
-#if defined(DOWN)
-  height = texelFetch(uHeight, pixel, 0).r;
-#elif defined(DETAIL)
+#ifdef DETAIL
   height = texelFetch(uDetail, pixel, 0).r;
 #endif
-#if defined(PATTERN) && !defined(DOWN)
+#ifdef PATTERN
   height += (1.0 - CARRIED * texelFetch(uCanvas, pixel, 0).a) * uSurfaceHeight * patternAt(pixel);
 #endif
   return height;
 }
 
 void main() {
-  ivec2 pixel = ivec2(gl_FragCoord.xy);
-  float total = 0.0;
-  for (int k = -uReach; k <= uReach; k++) {
+  ivec2 texel = ivec2(gl_FragCoord.xy);
+  vec4 total = vec4(0);
 #ifdef DOWN
-    ivec2 place = ivec2(pixel.x, clamp(pixel.y + k, 0, uSize.y - 1));
-#else
-    ivec2 place = ivec2(clamp(pixel.x + k, 0, uSize.x - 1), pixel.y);
-#endif
-    total += uTaps[abs(k)] * heightAt(place);
+  for (int k = -uReach; k <= uReach; k++) {
+    ivec2 place = ivec2(texel.x, clamp(texel.y + k, 0, uSize.y - 1));
+    total += uTaps[abs(k)] * texelFetch(uHeight, place, 0);
   }
-  oHeight = vec4(total, 0, 0, 1);
+#else
+  for (int k = -uReach; k <= uReach + 3; k++) {
+    ivec2 pixel = ivec2(clamp(4 * texel.x + k, 0, uSize.x - 1), texel.y);
+    total += heightAt(pixel) * vec4(uTaps[abs(k)], uTaps[abs(k - 1)], uTaps[abs(k - 2)], uTaps[abs(k - 3)]);
+  }
+#endif
+  oHeights = total;
 }

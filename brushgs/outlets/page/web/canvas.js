@@ -24,6 +24,7 @@ const UNITS = {
 const [ZEROS, ONES] = [new Float32Array(4), new Float32Array(4).fill(1)];
 // A pixel of each target; of those of null as many as the format of colors has.
 const BYTES = { canvas: null, detail: 4, coat: null, coatDetail: 4, tint: null, blurredAlong: 2, blurred: 2 };
+const HEIGHTS = 4; // pixels in a texel of blurred heights
 
 /**
  * The canvas of a painting in one WebGL2 context.
@@ -56,7 +57,7 @@ class Canvas {
     this._picture = { width: 0, height: 0, x: 0, y: 0, target: null, ground: true, middle: 0 };
     this._place = { x: 0, y: 0, detail: false, below: null, belowDetail: null };
     this._lamp = header.lamp ?? {}; // who changes it there moves the lamp of the next picture
-    this._taps = { width: 0, height: 0, reach: 0, weights: new Float32Array(MOST_REACH + 1) };
+    this._taps = { width: 0, height: 0, reach: 0, weights: new Float32Array(MOST_REACH + HEIGHTS) };
     this._programs = programs;
     this._lays = coats.map((_, i) => this._layPrograms(this._plans[i]));
     this._blurs = !this._isLit ? [] : [
@@ -176,7 +177,7 @@ class Canvas {
     if (this._isStraight) return;
     const { gl, _picture: picture } = this;
     for (const { target, program } of this._blurs) {
-      this._bindTarget(target);
+      this._bindTarget(target, HEIGHTS);
       const at = this._use(program, target === "blurred" ? "blurredAlong" : null);
       this._setTaps(at);
       gl.uniform2i(at.uSize, picture.width, picture.height);
@@ -292,6 +293,7 @@ class Canvas {
       gl.uniform1f(at.uStrength, lamp.strength);
       gl.uniform1f(at.uGloss, lamp.gloss);
       gl.uniform1f(at.uExponent, lamp.exponent);
+      gl.uniform1f(at.uLevelShine, this._lamp.halfWay[2] ** lamp.exponent);
     }
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
@@ -345,10 +347,10 @@ class Canvas {
     gl.viewport(x, y, width, height);
   }
 
-  _bindTarget(name) {
+  _bindTarget(name, across = 1) {
     const { gl } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this._targets.framebuffers[name]);
-    gl.viewport(0, 0, this._picture.width, this._picture.height);
+    gl.viewport(0, 0, Math.ceil(this._picture.width / across), this._picture.height);
   }
 
   _bindCoatTarget(i) {
@@ -408,13 +410,14 @@ class Canvas {
       coat: ownCoats.length > 0 && this._format,
       coatDetail: ownCoats.some(({ hasDetail }) => hasDetail) && gl.RG16F,
       tint: this._hasGlaze && this._format,
-      blurredAlong: this._isLit && gl.R16F,
-      blurred: this._isLit && gl.R16F,
+      blurredAlong: this._isLit && gl.RGBA16F,
+      blurred: this._isLit && gl.RGBA16F,
     };
     const textures = {};
     for (const name of Object.keys(formats).filter((name) => formats[name])) {
       textures[name] = newTexture(gl, gl.NEAREST);
-      gl.texStorage2D(gl.TEXTURE_2D, 1, formats[name], width, height);
+      const across = name.startsWith("blurred") ? Math.ceil(width / HEIGHTS) : width;
+      gl.texStorage2D(gl.TEXTURE_2D, 1, formats[name], across, height);
     }
     const { canvas, detail, coat, coatDetail, tint, blurredAlong, blurred } = textures;
     const attached = {
