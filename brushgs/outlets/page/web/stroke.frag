@@ -1,11 +1,13 @@
 #version 300 es
-// A pixel of a stroke: its coverage, its color with streaks, the height of its paint.
+// A pixel of a stroke: its coverage, its color with streaks, the height of its paint. APART, in motion, is without what
+// a software renderer does for all pixels where one needs it: branches and `discard`.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
 
 #include "shared.glsl"
 #include "smooth.glsl"
+#include "bristle.glsl"
 
 uniform vec2 uOrigin;  // lower left corner of the picture in the framebuffer, pixels
 uniform vec2 uSize;
@@ -19,11 +21,15 @@ uniform sampler2D uNoise;  // of bristles: all bands, tufts alone; repeats
 uniform sampler2D uBelow;  // premultiplied color and alpha of what the coat is tested against
 uniform sampler2D uBelowDetail;  // its .g: depth times alpha
 
+#ifdef APART
+in vec3 vAt;
+#else
 flat in vec2 vCenter;
 flat in vec4 vPlace;
+#endif
 flat in vec4 vPaint;
 flat in vec2 vKind;
-#ifdef IMAGE
+#if defined(IMAGE) && !defined(APART)
 flat in vec4 vTexels;
 #endif
 #ifdef STREAKS
@@ -46,27 +52,26 @@ layout(location = 1) out vec4 oDetail;  // height and depth times alpha, 0, alph
 
 void main() {
   vec2 pixel = uStep * (gl_FragCoord.xy - uOrigin);
+  float coverage, height = 0.5;
+#ifdef APART
+  vec2 inAtlas = vAt.xy, sampled = textureLod(uAtlas, inAtlas, 0.0).rg;
+  coverage = sampled.x, height = sampled.y;
+#else
   vec2 offset = vec2(pixel.x, uSize.y - pixel.y) - vCenter;
   vec2 place = vec2(dot(offset, vPlace.xy), dot(offset, vPlace.zw));
   if (!(max(abs(place.x), abs(place.y)) < 1.0)) discard;
-
-  float coverage, height = 0.5;
 #ifdef IMAGE
-#ifndef APART
-  if (vKind.x == 0.0)
-#endif
-  {
+  vec2 inAtlas = vTexels.xy + (0.5 + 0.5 * place) * vTexels.zw;
+  if (vKind.x == 0.0) {
     // textureLod: neighbors of a pixel may lie outside of the stroke
-    vec2 paint = textureLod(uAtlas, vTexels.xy + (0.5 + 0.5 * place) * vTexels.zw, 0.0).rg;
-    coverage = paint.x, height = paint.y;
-  }
-#ifndef APART
-  else coverage = exp(-0.5 * GAUSSIAN_SIGMAS * GAUSSIAN_SIGMAS * dot(place, place));
-#endif
+    vec2 sampled = textureLod(uAtlas, inAtlas, 0.0).rg;
+    coverage = sampled.x, height = sampled.y;
+  } else coverage = exp(-0.5 * GAUSSIAN_SIGMAS * GAUSSIAN_SIGMAS * dot(place, place));
 #elif defined(GAUSSIAN)
   coverage = exp(-0.5 * GAUSSIAN_SIGMAS * GAUSSIAN_SIGMAS * dot(place, place));
 #else
   coverage = dot(place, place) < 1.0 ? 1.0 : 0.0;
+#endif
 #endif
   float alpha = min(MAX_ALPHA, vPaint.a * coverage);
 #ifdef TESTED
@@ -76,22 +81,29 @@ void main() {
     alpha *= smoothed((texelFetch(uBelowDetail, texel, 0).g / below - vLimit.x) * vLimit.y);
   }
 #endif
+#ifndef APART
   if (!(alpha >= MIN_ALPHA)) discard;
+#endif
 
 #ifdef MASK
   oColor = alpha * vec4(vMember, 1.0 - vMember, 0, 1);
 #else
   vec3 color = vPaint.rgb;
 #ifdef STREAKS
-  if (vStreaks.z != 0.0 || vStreaks.w != 0.0) {
-    float bristle = vStreaks.x + 0.5 * BRISTLES * (1.0 + place.y * vStreaks.y);
+#ifdef APART
+  float bristle = vAt.z;
+#else
+  float bristle = bristleAt(place.y, vStreaks);
+  if (vStreaks.z != 0.0 || vStreaks.w != 0.0)
+#endif
+  {
     vec2 noise = 2.0 * textureLod(uNoise, vec2((bristle + 0.5) / STREAK_PERIOD, 0.5), 0.0).rg - 1.0;
     color *= 1.0 + dot(noise, vStreaks.zw);
   }
 #endif
 #ifdef TINTS
   if (vTintStep > 0.0) {
-    vec3 tint = textureLod(uTints, vTexels.xy + (0.5 + 0.5 * place) * vTexels.zw, 0.0).rgb;
+    vec3 tint = textureLod(uTints, inAtlas, 0.0).rgb;
     color = max(color + vTintStep * (255.0 * tint - TINT_ZERO), 0.0);
   }
 #endif

@@ -4,6 +4,7 @@ precision highp float;
 precision highp int;
 
 #include "project.glsl"
+#include "bristle.glsl"
 
 uniform bool uHasUnderpaint;  // then instances are 2 id for a stroke, 2 id + 1 for its underpaint
 uniform vec2 uSpan;  // pixels of the picture along the sides of the viewport
@@ -21,11 +22,15 @@ uniform sampler2D uMembers;  // by stroke, see highlight.js
 
 layout(location = 0) in uint aInstance;
 
+#ifdef APART
+out vec3 vAt;  // place in the atlas, bristle: in motion, where a sixteenth of a pixel at a rim is not seen
+#else
 flat out vec2 vCenter;
 flat out vec4 vPlace;  // (s, t) = (dot(p - center, xy), dot(p - center, zw)): -1 to 1 over the box
+#endif
 flat out vec4 vPaint;  // color, opacity
 flat out vec2 vKind;  // 1 for soft paint, depth from the middle
-#ifdef IMAGE
+#if defined(IMAGE) && !defined(APART)
 flat out vec4 vTexels;  // first texel center and span in the atlas, in its size
 #endif
 #ifdef TINTS
@@ -97,6 +102,7 @@ void main() {
 #endif
 #ifdef IMAGE
   int row = int(brush.z);
+  vec4 inAtlas;
   if (!isSoft) {
     vec4 axes = texelFetch(uTable, ivec2(0, row), 0);
     int u = levelOf(halfExtents.x, axes.x, axes.z), v = levelOf(halfExtents.y, axes.y, axes.w);
@@ -110,8 +116,11 @@ void main() {
     if (vTintStep > 0.0) weights = vec2(0);  // its bristles have colors of their own
 #endif
 #endif
-    vTexels = vec4(texels.xy + 0.5, texels.zw - 1.0) / uAtlasSize.xyxy;
+    inAtlas = vec4(texels.xy + 0.5, texels.zw - 1.0) / uAtlasSize.xyxy;
   }
+#ifndef APART
+  vTexels = inAtlas;
+#endif
 #endif
 #ifdef STREAKS
   vStreaks = vec4(stroke.streakStart, scale.y, weights);
@@ -131,8 +140,7 @@ void main() {
 #endif
   float lean = box.lean * scale.y;
   vec2 across = vec2(-box.axis.y, box.axis.x);
-  vCenter = box.center;
-  vPlace = vec4((box.axis - lean / halfExtents.y * across) / halfExtents.x, across / halfExtents.y);
+  vec4 toBox = vec4((box.axis - lean / halfExtents.y * across) / halfExtents.x, across / halfExtents.y);
   vPaint = vec4(box.color, opacity);
   vKind = vec2(isSoft ? 1.0 : 0.0, box.depth - uMiddle);
 
@@ -151,5 +159,15 @@ void main() {
     vec2 reach = corner * (halfExtents + EDGE * uStep);
     place = box.center + (reach.x + corner.y * lean) * box.axis + reach.y * across;
   }
+#ifdef APART
+  vec2 offset = place - box.center, inBox = vec2(dot(offset, toBox.xy), dot(offset, toBox.zw));
+  vAt = vec3(inAtlas.xy + (0.5 + 0.5 * inBox) * inAtlas.zw, 0);
+#ifdef STREAKS
+  vAt.z = bristleAt(inBox.y, vStreaks);
+#endif
+#else
+  vCenter = box.center;
+  vPlace = toBox;
+#endif
   gl_Position = vec4(2.0 * vec2(place.x, uSize.y - place.y) / uSpan - 1.0, 0, 1);
 }
