@@ -176,6 +176,20 @@ struct Sampler {
         L::store(fv, fraction(v - row));
     }
 
+    // Asks for the texels of a colored brush at places before they are read. A painting in the marks of a style has 10
+    // to 20 MB of them, each read a few times, and a block has too many instructions for the processor to find the
+    // loads of the next one meanwhile: without this its colored strokes take 1.4 times as long.
+    template <bool with_height>
+    [[gnu::always_inline]] inline void fetch(const typename L::Word* texel) const {
+        for (int i = 0; i < L::width; ++i) {
+            if constexpr (with_height)
+                __builtin_prefetch(pairs_with_height + texel[i]);
+            else
+                __builtin_prefetch(pairs + texel[i]);
+            __builtin_prefetch(tints + texel[i]);
+        }
+    }
+
     // Of an image, at places in memory.
     [[gnu::always_inline]] inline Sample sample_at(const typename L::Word* texel, const T* fu, const T* fv) const {
         const auto quads = L::words(pairs, texel);
@@ -331,6 +345,9 @@ template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = fal
     // Images in two passes: then the inputs of the texel loads are ready, and the loads do not wait for each other.
     // With single loads instead of gathers this takes 13 % less time for a picture of 7000 strokes.
     [[maybe_unused]] Places<T> places;
+    constexpr bool has_height = requires { Shader::needs_height; };
+    constexpr bool is_tinted =
+        requires(const T* at) { shader.tint(0, 0, sampler, places.texel[0], at, at, L::from_bits(0)); };
     if constexpr (is_image<kernel>) {
         for (std::uint32_t rest = blocks; rest != 0; rest &= rest - 1) {
             const int b = __builtin_ctz(rest);
@@ -340,6 +357,7 @@ template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = fal
                 Real u, v;
                 const auto inside = find_inside(b, part, u, v);
                 sampler.place(u, v, inside, places.texel[b] + lane, places.fu[b] + lane, places.fv[b] + lane);
+                if constexpr (is_tinted) sampler.template fetch<has_height>(places.texel[b] + lane);
                 all_inside |= L::bits(inside) << lane;
             }
             places.inside[b] = static_cast<std::uint16_t>(all_inside);
@@ -359,15 +377,14 @@ template <class T, Kernel kernel, bool is_sifted = false, bool with_slopes = fal
                 inside = L::from_bits(static_cast<unsigned>(places.inside[b]) >> lane);
                 const auto* const texel = places.texel[b] + lane;
                 const T *const fu = places.fu[b] + lane, *const fv = places.fv[b] + lane;
-                if constexpr (requires { Shader::needs_height; }) {
+                if constexpr (has_height) {
                     Real height;
                     sample = sampler.sample_with_height(texel, fu, fv, height);
                     shader.raise(b, lane, height, inside);
                 } else {
                     sample = sampler.sample_at(texel, fu, fv);
                 }
-                if constexpr (requires { shader.tint(b, lane, sampler, texel, fu, fv, inside); })
-                    shader.tint(b, lane, sampler, texel, fu, fv, inside);
+                if constexpr (is_tinted) shader.tint(b, lane, sampler, texel, fu, fv, inside);
             } else {
                 Real u;
                 inside = find_inside(b, part, u, v);
