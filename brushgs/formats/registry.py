@@ -151,14 +151,12 @@ VIDEOS_WRITTEN = listed([f"{suffix} ({listed(names)})" for suffix, names in _COD
 
 def takes_strips(path: str | Path) -> bool:
     """Whether a picture with this suffix is written a few rows at a time."""
-    row = find_written("picture", path)
-    return row is not None and row.takes_strips
+    return bool(getattr(find_written("picture", path), "takes_strips", False))
 
 
 def holds_depth(path: str | Path) -> bool:
     """Whether a picture with this suffix holds the depth of the frame."""
-    picture_format = find_written("picture", path)
-    return picture_format is not None and picture_format.holds_depth
+    return bool(getattr(find_written("picture", path), "holds_depth", False))
 
 
 def is_drawing(path: str | Path) -> bool:
@@ -173,5 +171,4 @@ def is_layered(path: str | Path) -> bool:
 
 def holds_alpha(path: str | Path) -> bool:
     """Whether a picture with this suffix holds the transparency of the frame."""
-    picture_format = find_written("picture", path)
-    return picture_format is not None and picture_format.holds_alpha
+    return bool(getattr(find_written("picture", path), "holds_alpha", False))

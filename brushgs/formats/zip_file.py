@@ -13,15 +13,8 @@ from brushgs.formats.files import open_plain
 # Most bytes of a directory: 20,000 entries, which take 12 MB in memory. Scenes have about ten.
 _MAX_DIRECTORY_BYTES = 1 << 20
 _PACKINGS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # others may ask for gigabytes of memory
-ZIP_FAULTS = (
-    zipfile.BadZipFile,
-    zlib.error,
-    EOFError,
-    OSError,
-    RuntimeError,
-    NotImplementedError,
-    ValueError,
-)  # errors that reading an archive or a member may raise
+# Errors that reading an archive or a member may raise.
+ZIP_FAULTS = (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, ValueError)
 
 
 @contextmanager

@@ -37,10 +37,8 @@ class NumberedFiles:
         if "%" in str(path.parent):
             rule = "the number must be in the name of the file, not of its folder"
         elif path.suffix.lower() not in suffixes:
-            rule, cure = (
-                f"numbered frames must end in {', '.join(suffixes)}",
-                "; the suffix decides the format",
-            )
+            rule = f"numbered frames must end in {', '.join(suffixes)}"
+            cure = "; the suffix decides the format"
         elif len(_NUMBER.findall(path.name)) != 1 or path.name.count("%") != 1:
             rule = "a name of numbered frames must hold one number such as %05d"
             cure = f"; write {path.parent / DEFAULT_NAME}"

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,18 +69,24 @@ def pixels_of(frame: Frame, background: Background, bits: int) -> U8 | NDArray[n
     return quantise(values, np.uint16).astype(np.uint16, copy=False)
 
 
-def write_frame_as(
-    path: str | Path,
-    format_name: str,
-    frame: Frame | Strips,
-    background: Background,
-    bits: int,
-    attributes: Mapping[str, Any],
-) -> None:
+class Layout(NamedTuple):
+    """How OpenImageIO writes a file."""
+
+    format_name: str  # in OpenImageIO
+    shape: tuple[int, ...]  # height, width and channels
+    bits: int  # per channel
+    attributes: Mapping[str, Any]  # of OpenImageIO
+
+
+def write_frame_as(path: str | Path, layout: Layout, frame: Frame | Strips, background: Background) -> None:
     """Write a frame, or its strips one at a time; the file appears when it is complete."""
+    _write_rows(path, rows_of(frame, background, layout.bits), layout)
+
+
+def shape_of(frame: Frame | Strips, background: Background) -> tuple[int, int, int]:
+    """Height, width and channels of a picture: without a background it has alpha."""
     height, width = (frame.height, frame.width) if isinstance(frame, Strips) else frame.alpha.shape
-    shape = height, width, 4 if background is None else 3
-    _write_rows(path, format_name, rows_of(frame, background, bits), shape, bits, attributes)
+    return height, width, 4 if background is None else 3
 
 
 def rows_of(frame: Frame | Strips, background: Background, bits: int) -> Iterator[U8 | NDArray[np.uint16]]:
@@ -97,43 +103,28 @@ def encode_pixels(format_name: str, pixels: U8, attributes: Mapping[str, Any]) -
     """
     with scratch_folder() as folder:
         path = folder / "picture"
-        _write_rows(path, format_name, iter([pixels]), pixels.shape, 8, attributes)
+        _write_rows(path, iter([pixels]), Layout(format_name, pixels.shape, 8, attributes))
         return path.read_bytes()
 
 
-def _write_rows(
-    path: str | Path,
-    format_name: str,
-    rows: Iterator[NDArray[Any]],
-    shape: tuple[int, ...],
-    bits: int,
-    attributes: Mapping[str, Any],
-) -> None:
-    """Write blocks of rows from the top; `shape` is height, width and channels."""
+def _write_rows(path: str | Path, rows: Iterator[NDArray[Any]], layout: Layout) -> None:
+    """Write blocks of rows from the top."""
     # An interrupted encoder prints errors to the terminal.
-    with defer_stop(), replacing(path, most=prod(shape) * bits // 8 + HEADER) as temporary:
-        encode_rows(temporary, path, format_name, rows, shape, bits, attributes)
+    with defer_stop(), replacing(path, most=prod(layout.shape) * layout.bits // 8 + HEADER) as temporary:
+        encode_rows(temporary, path, rows, layout)
 
 
-def encode_rows(
-    temporary: Path,
-    path: str | Path,
-    format_name: str,
-    rows: Iterator[NDArray[Any]],
-    shape: tuple[int, ...],
-    bits: int,
-    attributes: Mapping[str, Any],
-) -> None:
-    """Write blocks of rows to a temporary file; errors name `path`. Arguments as for `_write_rows`."""
+def encode_rows(temporary: Path, path: str | Path, rows: Iterator[NDArray[Any]], layout: Layout) -> None:
+    """Write blocks of rows to a temporary file; errors name `path`."""
     import OpenImageIO
 
-    height, width, channels = shape
-    spec = OpenImageIO.ImageSpec(width, height, channels, f"uint{bits}")
+    height, width, channels = layout.shape
+    spec = OpenImageIO.ImageSpec(width, height, channels, f"uint{layout.bits}")
     spec.channelnames = ("Y",) if channels == 1 else ("R", "G", "B", "A")[:channels]
     spec.alpha_channel = 3 if channels == 4 else -1
-    for name, value in attributes.items():
+    for name, value in layout.attributes.items():
         spec.attribute(name, value)
-    out = OpenImageIO.ImageOutput.create(format_name)
+    out = OpenImageIO.ImageOutput.create(layout.format_name)
     assert out is not None, "the formats of the table are part of every build of OpenImageIO"
     is_written, row = out.open(str(temporary), spec), 0
     while is_written and (pixels := next(rows, None)) is not None:

@@ -19,7 +19,7 @@ from brushgs.core.signals import defer_stop
 from brushgs.core.threads import in_turn, num_threads_or_default
 from brushgs.formats.files import replacing
 from brushgs.formats.pictures.metadata import described
-from brushgs.formats.pictures.oiio import HEADER, Background, Strips, encode_rows, rows_of
+from brushgs.formats.pictures.oiio import HEADER, Background, Layout, Strips, encode_rows, rows_of, shape_of
 from brushgs.formats.pictures.panorama import panorama_packet
 from brushgs.values.arrays import U8
 from brushgs.values.frame import Frame
@@ -41,8 +41,7 @@ def write_png(
     frame: Frame | Strips, path: str | Path, background: Background, *, bits: int, shot: Shot | None = None
 ) -> None:
     """See `write_frame`."""
-    height, width = (frame.height, frame.width) if isinstance(frame, Strips) else frame.alpha.shape
-    channels = 4 if background is None else 3
+    height, width, channels = shape_of(frame, background)
     with replacing(path, most=HEADER) as temporary:
         with defer_stop():
             head = _head(temporary, path, (height, width), channels, bits, shot)
@@ -58,7 +57,7 @@ def _head(
     """The chunks before the pixels; the file `scratch` is overwritten, and errors name `path`."""
     (height, width), attributes = shape, {"oiio:UnassociatedAlpha": 1, **described(shot)}
     pixel = np.zeros((1, 1, channels), f"uint{bits}")
-    encode_rows(scratch, path, "png", iter([pixel]), pixel.shape, bits, attributes)
+    encode_rows(scratch, path, iter([pixel]), Layout("png", pixel.shape, bits, attributes))
     written = scratch.read_bytes()
     begin = len(SIGNATURE) + 12 + 13  # behind IHDR
     size = struct.pack(">IIBBBBB", width, height, bits, COLOR_TYPES[channels], 0, 0, 0)

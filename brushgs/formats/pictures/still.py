@@ -19,22 +19,18 @@ from brushgs.formats.pictures.oiio import (
     HEADER,
     NO_DATE,
     Background,
+    Layout,
     Strips,
     bytes_of,
     encode_pixels,
     encode_rows,
+    shape_of,
     write_frame_as,
 )
 from brushgs.formats.pictures.panorama import panorama_tags
 from brushgs.values.arrays import U8
 from brushgs.values.frame import Frame
 from brushgs.values.shot import Shot
-
-
-def _size(frame: Frame | Strips) -> tuple[int, int]:
-    """Width and height, pixels."""
-    return (frame.width, frame.height) if isinstance(frame, Strips) else frame.alpha.shape[::-1]
-
 
 _TIFF = {"oiio:UnassociatedAlpha": 1, "DateTime": NO_DATE, "tiff:zipquality": 2}
 
@@ -43,7 +39,8 @@ def write_tiff(
     frame: Frame | Strips, path: str | Path, background: Background, *, bits: int, shot: Shot | None = None
 ) -> None:
     """See `write_frame`."""
-    write_frame_as(path, "tiff", frame, background, bits, _TIFF | described(shot))
+    layout = Layout("tiff", shape_of(frame, background), bits, _TIFF | described(shot))
+    write_frame_as(path, layout, frame, background)
 
 
 _JPEG = {"Compression": "jpeg:95", "jpeg:subsampling": "4:4:4"}
@@ -64,10 +61,11 @@ def write_jpeg(
     """See `write_frame`."""
     if background is None:
         raise ValueError(f"write_frame: a JPEG holds no transparency, got {str(path)!r}; give a background")
+    height, width, _ = shape_of(frame, background)
     attributes: dict[str, Any] = {**_JPEG, **described(shot)}
     if shot is not None and shot.panorama is not None:
-        attributes |= panorama_tags(shot.panorama, *_size(frame))
-    write_frame_as(path, "jpeg", frame, background, 8, attributes)
+        attributes |= panorama_tags(shot.panorama, width, height)
+    write_frame_as(path, Layout("jpeg", (height, width, 3), 8, attributes), frame, background)
 
 
 def encode_jpeg(pixels: U8, quality: int) -> bytes:
@@ -140,7 +138,7 @@ def write_webp(frame: Frame, path: str | Path, background: Background, *, shot: 
 def write_exact(pixels: U8, path: str | Path, description: str = "") -> None:
     """Write [H, W, 3 or 4] bytes as lossless WebP; only colors of pixels with alpha 0 may change."""
     with defer_stop(), replacing(path, most=pixels.nbytes + HEADER) as temporary:
-        encode_rows(temporary, path, "webp", iter([pixels]), pixels.shape, 8, _WEBP)
+        encode_rows(temporary, path, iter([pixels]), Layout("webp", pixels.shape, 8, _WEBP))
         if description:
             temporary.write_bytes(_with_description(temporary.read_bytes(), description))
 

@@ -8,7 +8,7 @@ view-dependent color coefficient that is not finite counts as 0 and its row is k
 """
 
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from itertools import chain
 from pathlib import Path
@@ -208,29 +208,27 @@ def unpack_quats(largest: NDArray[np.signedinteger[Any]], small: F32, out: F32) 
 _SEARCHED_ROWS = 1 << 14
 
 
-def find_used_terms(num_terms: int, num_rows: int, is_used: Callable[[int, int, slice], bool]) -> int:
+def find_used_terms(rest: NDArray[Any], num_terms: int, zero: int = 0) -> int:
     """The number of terms (1, 4, 9 or 16) up to the highest band that is not zero in every row.
 
-    `is_used(start, stop, rows)` tells whether any of the terms `start` to `stop` is nonzero in a block of
-    rows; it is called block by block until the result is known, for most scenes once.
+    Args:
+        rest: [N, num_terms - 1 or more, 3] coefficients above degree 0; searched block by block until the
+            result is known, for most scenes in one block.
+        num_terms: the most terms to count.
+        zero: the number that stands for a coefficient of 0.
     """
     for degree in (3, 2, 1):
         start, stop = degree**2, (degree + 1) ** 2
-        if stop <= num_terms and any(
-            is_used(start, stop, slice(first, first + _SEARCHED_ROWS))
-            for first in range(0, num_rows, _SEARCHED_ROWS)
-        ):
+        band = rest[:, start - 1 : stop - 1]
+        firsts = range(0, len(rest), _SEARCHED_ROWS)
+        if stop <= num_terms and any((band[i : i + _SEARCHED_ROWS] != zero).any() for i in firsts):
             return stop
     return 1
 
 
 def drop_zero_bands(columns: Columns) -> None:
     """Drop the highest bands if they are zero in every row, for formats without `RowSource.count_used`."""
-    used = find_used_terms(
-        columns.sh.shape[1],
-        len(columns.sh),
-        lambda start, stop, rows: bool(columns.sh[rows, start:stop].any()),
-    )
+    used = find_used_terms(columns.sh[:, 1:], columns.sh.shape[1])
     columns.sh = np.ascontiguousarray(columns.sh[:, :used])
 
 

@@ -254,9 +254,8 @@ class Meta:
     log_scales: F32  # [3, 256] by axis
     colors: F32  # [3, 256] coefficient of degree 0, by channel
     opacities: F32  # [256] logits in version 1, 0 to 1 in version 2
-    pictures: tuple[
-        str, ...
-    ]  # names: means (low and high bytes), quats, scales, colors, any labels and palette
+    # Names: means (low and high bytes), quats, scales, colors, any labels and palette.
+    pictures: tuple[str, ...]
     palette: Palette | None  # None without spherical harmonics above degree 0
     stored: Stored  # notes of our files
 

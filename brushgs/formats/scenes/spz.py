@@ -59,15 +59,6 @@ _SOMEWHERE = np.array([[1, 2, 3]]) / np.sqrt(14)  # a direction in which no basi
 _TURNED_X = np.sign(sh_basis(_SOMEWHERE * [-1, 1, 1], 3) * sh_basis(_SOMEWHERE, 3))[0].astype(np.float32)
 
 
-def count_used_terms(sh: U8, num_terms: int) -> int:
-    """The number of terms up to the highest band with a nonzero coefficient in block `sh`."""
-    return find_used_terms(
-        num_terms,
-        len(sh),
-        lambda start, stop, rows: bool((sh[rows, 3 * start - 3 : 3 * stop - 3] != _SH_ZERO).any()),
-    )
-
-
 def decode(blocks: Blocks, header: Header, is_mirrored: bool, start: int, stop: int, out: Columns) -> None:
     """Decode rows `start` to `stop`; if `is_mirrored`, negate the x axis."""
     if header.version == 1:
@@ -159,7 +150,7 @@ def open_data(path: Path, data: bytes) -> SceneFile:
         num_rows=header.num_rows,
         num_terms=header.num_terms,
         up=extensions.up,
-        training="antialiased" if header.is_antialiased else "default",
+        training="antialiased" if header.flags & ANTIALIASED else "default",
         unknown=unknown,
         stored=read_stored(path, lambda: parse_text(extensions.notes)),
         open_rows=partial(_open_rows, path, data, header, extensions),
@@ -178,7 +169,9 @@ def _open_rows(path: Path, data: bytes, header: Header, extensions: Extensions) 
         lambda: nullcontext(partial(decode, blocks, header, extensions.is_mirrored)),
         block_rows=_BLOCK_ROWS,
         is_whole=True,
-        count_used=lambda: count_used_terms(blocks.sh, header.num_terms),
+        count_used=lambda: find_used_terms(
+            blocks.sh.reshape(header.num_rows, -1, 3), header.num_terms, _SH_ZERO
+        ),
     )
 
 

@@ -125,11 +125,6 @@ class Header:
         return (self.used_degree + 1) ** 2
 
     @property
-    def is_antialiased(self) -> bool:
-        """Whether the scene was trained with the opacity compensation of Mip-Splatting."""
-        return bool(self.flags & ANTIALIASED)
-
-    @property
     def widths(self) -> tuple[int, ...]:
         """Bytes per Gaussian in each block, in the order of the file."""
         rest = 3 * ((self.sh_degree + 1) ** 2 - 1)
