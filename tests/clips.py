@@ -10,7 +10,7 @@ from brushgs.options.scene_source import SceneSource
 from brushgs.pipeline.clip import Clip
 from brushgs.values.moving import MovingScene
 from brushgs.values.quats import quat_products, rotation_matrices
-from brushgs.values.sh import C0
+from tests.passes.scenes import gaussians_at
 
 DURATION = 4 / 24  # seconds: five frames of a folder
 NUM_WALL, NUM_BODY = 220, 120
@@ -28,16 +28,8 @@ def first_moment():
             np.where(body[:, :1] > -0.45, [[0.85, 0.15, 0.1]], [[0.1, 0.6, 0.2]]),
         ]
     )
-    num = NUM_WALL + NUM_BODY
     scales = np.concatenate([np.full((NUM_WALL, 3), (0.2, 0.2, 0.02)), np.full((NUM_BODY, 3), 0.07)])
-    columns = (
-        np.concatenate([wall, body]),
-        np.tile([1.0, 0, 0, 0], (num, 1)),
-        scales,
-        np.full(num, 0.9),
-        (colors[:, None] - 0.5) / C0,
-    )
-    return bg.Gaussians(*(column.astype(np.float32) for column in columns))
+    return gaussians_at(np.concatenate([wall, body]), scales, colors, dtype=np.float32)
 
 
 def moving_scene(duration=DURATION):

@@ -16,20 +16,13 @@ from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
+from tests.passes.scenes import random_gaussians
 
 N = 6
 
 
 def gaussians(dtype=np.float32, terms: int = 4) -> Gaussians:
-    g = np.random.default_rng(0)
-    columns = (
-        g.normal(size=(N, 3)),
-        g.normal(size=(N, 4)),
-        g.uniform(0.1, 1, (N, 3)),
-        g.uniform(0, 1, N),
-        g.normal(size=(N, terms, 3)),
-    )
-    return Gaussians(*(column.astype(dtype) for column in columns))
+    return random_gaussians(N, terms=terms, dtype=dtype)
 
 
 def boxes(dtype=np.float32) -> Boxes:

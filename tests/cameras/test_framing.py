@@ -4,20 +4,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from brushgs.cameras.framing import AXES, MARGIN, frame_scene, subject, up_vector
-from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at
 
 
 def cloud(points, opacity=0.9):
-    points = np.asarray(points, dtype=np.float32).reshape(-1, 3)
-    n = len(points)
-    return Gaussians(
-        points,
-        np.tile(np.array([1, 0, 0, 0], np.float32), (n, 1)),
-        np.full((n, 3), 0.01, np.float32),
-        np.full(n, opacity, np.float32) if np.isscalar(opacity) else np.asarray(opacity, np.float32),
-        np.zeros((n, 1, 3), np.float32),
-    )
+    return gaussians_at(np.reshape(points, (-1, 3)), 0.01, opacity=opacity, dtype=np.float32)
 
 
 def box(size=(2.0, 1.0, 1.5), center=(0, 0, 0), num=3000, seed=0):

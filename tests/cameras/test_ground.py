@@ -11,8 +11,8 @@ from brushgs.cameras.orbit import orbit
 from brushgs.options.painting import ViewConfig
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.views import choose_first_view
-from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at, replaced, rescaled
 from tests.scenes import real_scene
 
 
@@ -24,13 +24,7 @@ def turned(gaussians, rotation):
     """The scene turned by a rotation of SciPy."""
     quats = (rotation * Rotation.from_quat(gaussians.quats[:, [1, 2, 3, 0]])).as_quat()[:, [3, 0, 1, 2]]
     means = rotation.apply(gaussians.means)
-    return Gaussians(
-        means.astype(np.float32),
-        quats.astype(np.float32),
-        gaussians.scales,
-        gaussians.opacities,
-        gaussians.sh,
-    )
+    return replaced(gaussians, means=means.astype(np.float32), quats=quats.astype(np.float32))
 
 
 def statue_on_a_plaza(seed=0, noise=4.0):
@@ -43,27 +37,14 @@ def statue_on_a_plaza(seed=0, noise=4.0):
     facing /= np.linalg.norm(facing, axis=1, keepdims=True)
     axis = np.cross((0, 0, 1), facing)
     quats = np.column_stack([1 + facing[:, 2], axis])  # from z to the direction that the disc faces
-    n = len(quats)
-    return Gaussians(
-        np.concatenate([ground, 0.9 * outward]).astype(np.float32),
-        quats.astype(np.float32),
-        np.tile(np.array([0.05, 0.05, 0.002], np.float32), (n, 1)),
-        np.full(n, 0.9, np.float32),
-        np.zeros((n, 1, 3), np.float32),
-    )
+    means = np.concatenate([ground, 0.9 * outward])
+    return gaussians_at(means, (0.05, 0.05, 0.002), quats=quats, dtype=np.float32)
 
 
 @for_each("tilt", [(3, 0, 0), (0, 0, -4), (5, 0, 9)])
 @for_each("unit", [1e-4, 1.0, 1e4])
 def test_up_is_perpendicular_to_the_ground(tilt, unit):
-    scene = statue_on_a_plaza()
-    scene = Gaussians(
-        scene.means * np.float32(unit),
-        scene.quats,
-        scene.scales * np.float32(unit),
-        scene.opacities,
-        scene.sh,
-    )
+    scene = rescaled(statue_on_a_plaza(), unit)
     rotation = Rotation.from_rotvec(tilt, degrees=True)
     found = level_up(turned(scene, rotation), np.array(AXES["-y"]))
     assert degrees_between(found, rotation.apply(AXES["-y"])) < 0.3
@@ -74,9 +55,7 @@ def test_without_a_ground_the_axis_stays():
     up, scene = np.array(AXES["-y"]), statue_on_a_plaza()
     ball = scene.take(slice(6000, None))
     rng = np.random.default_rng(1)
-    unordered = Gaussians(
-        scene.means, rng.normal(size=(9000, 4)).astype(np.float32), *list(vars(scene).values())[2:5]
-    )
+    unordered = replaced(scene, quats=rng.normal(size=(9000, 4)).astype(np.float32))
     tilted = turned(unordered, Rotation.from_rotvec((9, 0, 0), degrees=True))
     for found in (
         ball,

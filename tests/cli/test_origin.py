@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import brushgs as bg
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.cli.origin import command_of
 from brushgs.cli.parser import parse
@@ -15,6 +14,7 @@ from brushgs.errors import SceneWarning
 from brushgs.pipeline.outputs import free_name
 from tests.kit.commands import names, refused, run, save_opaque
 from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at
 from tests.scenes import save_upright
 
 FEW = ["--size", "64x48", "--strokes", "30", "--stroke", "flat", "--see", "off", "--threads", "1"]
@@ -26,10 +26,7 @@ def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     rng = np.random.default_rng(0)
     means = rng.normal(size=(60, 3))
     means *= rng.random((60, 1)) ** (1 / 3) / np.linalg.norm(means, axis=1, keepdims=True)
-    quats = np.tile(np.array([[1.0, 0, 0, 0]], np.float32), (60, 1))
-    scales = np.full((60, 3), 0.15, np.float32) * np.array([2, 1, 0.3], np.float32)
-    sh = rng.normal(size=(60, 1, 3)).astype(np.float32)
-    ball = bg.Gaussians(means.astype(np.float32), quats, scales, np.full(60, 0.9, np.float32), sh)
+    ball = gaussians_at(means, (0.3, 0.15, 0.045), rng.random((60, 3)), dtype=np.float32)
     for name in ("mine", "out"):
         (tmp_path / name).mkdir()
     save_upright(ball, tmp_path / "mine" / "pear.ply")

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 
 import brushgs as bg
+from tests.passes.scenes import gaussians_at
 from tests.scenes import still_life_of
 
 
@@ -25,14 +26,8 @@ def ball(seed: int = 0, num_gaussians: int = 3000) -> bg.Gaussians:
     quats /= np.linalg.norm(quats, axis=1, keepdims=True)  # turn +z into the normal
     sizes = 1.5 / np.sqrt(num_gaussians) * np.exp(rng.normal(0, 0.4, (num_gaussians, 3)))
     sizes[:, 2] *= 0.05
-    columns = (
-        normals,
-        quats,
-        sizes,
-        rng.uniform(0.1, 0.99, num_gaussians),
-        rng.normal(0, 1, (num_gaussians, 1, 3)),
-    )
-    return bg.Gaussians(*(column.astype(np.float32) for column in columns))
+    opacities, colors = rng.uniform(0.1, 0.99, num_gaussians), rng.normal(0.5, 0.28, (num_gaussians, 3))
+    return gaussians_at(normals, sizes, colors, opacity=opacities, quats=quats, dtype=np.float32)
 
 
 def scaled(gaussians: bg.Gaussians, factor: float) -> bg.Gaussians:

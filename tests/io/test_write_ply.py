@@ -9,20 +9,13 @@ import brushgs as bg
 from brushgs import Gaussians
 from brushgs.formats.scenes.write import write_scene
 from tests.kit.for_each import for_each
+from tests.passes.scenes import random_gaussians
 
 EPS = np.finfo(np.float32).eps
 
 
 def make(num_rows: int, num_terms: int = 1, seed: int = 0, dtype: type = np.float32) -> Gaussians:
-    rng = np.random.default_rng([20250612, seed])
-    arrays = (
-        rng.normal(size=(num_rows, 3)),
-        rng.normal(size=(num_rows, 4)),
-        np.exp(rng.normal(-4, 2, size=(num_rows, 3))),
-        rng.random(num_rows),
-        rng.normal(size=(num_rows, num_terms, 3)),
-    )
-    return Gaussians(*(array.astype(dtype) for array in arrays))
+    return random_gaussians(num_rows, seed, terms=num_terms, size=0.02, dtype=dtype)
 
 
 def assert_same(read: Gaussians, written: Gaussians) -> None:

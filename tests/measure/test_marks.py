@@ -11,6 +11,7 @@ from brushgs.measure.flow import SceneFlow, displacements
 from brushgs.measure.marks import MarkMeter, circular_earth_movers, earth_movers
 from brushgs.measure.warp import View
 from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at, grid
 
 WIDTH, HEIGHT, FPS = 160, 120, 30.0
 KERNEL = bg.StrokeTexture.open("gaussian")
@@ -20,29 +21,18 @@ SPEED = np.array([0.04, 0.01, 0.0])  # world units a frame: 1.3 pixels
 
 def wall(shift=(0, 0, 0)):
     """A closed wall at z = 0."""
-    x, y = (a.ravel() for a in np.meshgrid(np.arange(-3, 3, 0.1), np.arange(-2.4, 2.4, 0.1)))
-    means = np.stack([x, y, np.zeros(len(x))], axis=1) + shift
-    n = len(means)
-    return bg.Gaussians(
-        means.astype(np.float32),
-        np.tile(np.float32([1, 0, 0, 0]), (n, 1)),
-        np.full((n, 3), 0.08, np.float32) * np.float32([1, 1, 0.1]),
-        np.full(n, 0.95, np.float32),
-        np.zeros((n, 1, 3), np.float32),
-    )
+    means = grid(60, 3.0) + shift
+    return gaussians_at(means, (0.08, 0.08, 0.008), opacity=0.95, dtype=np.float32)
 
 
 def marks_on(shift=(0, 0, 0), num=150):
     """Slender strokes on that wall."""
     rng = np.random.default_rng(5)
-    means = (
-        np.concatenate([rng.uniform((-1.6, -1.1), (1.2, 0.9), (num, 2)), np.zeros((num, 1))], axis=1) + shift
-    )
+    means = np.pad(rng.uniform((-1.6, -1.1), (1.2, 0.9), (num, 2)), ((0, 0), (0, 1))) + shift
     turns = rng.uniform(0, np.pi, num) / 2
     quats = np.stack([np.cos(turns), 0 * turns, 0 * turns, np.sin(turns)], axis=1)
     scales = np.tile([0.1, 0.03, 0.01], (num, 1)) * rng.uniform(0.7, 1.3, (num, 1))
-    columns = means, quats, scales, np.full(num, 0.9), np.zeros((num, 1, 3))
-    return bg.Gaussians(*(np.asarray(column, np.float32) for column in columns))
+    return gaussians_at(means, scales, quats=quats, dtype=np.float32)
 
 
 def camera_at(distance=5.0, roll=0.0):

@@ -19,6 +19,7 @@ from brushgs.options.experiments import StabilityConfig
 from brushgs.rendering.options import RenderOptions
 from tests.kit.commands import names, refused, run
 from tests.measure.warped import warp_error
+from tests.passes.scenes import gaussians_at
 from tests.scenes import still_life_of
 
 WHITE = (1.0, 1.0, 1.0)
@@ -201,8 +202,7 @@ def needles(angles):
     count, zeros = len(angles), np.zeros(len(angles))
     means = np.stack([np.linspace(-1, 1, count), zeros, np.full(count, 4.0)], axis=1)
     quats = np.stack([np.cos(angles / 2), zeros, zeros, np.sin(angles / 2)], axis=1)
-    columns = means, quats, np.tile([0.3, 0.03, 0.03], (count, 1)), np.full(count, 0.9)
-    return bg.Gaussians(*(c.astype(np.float32) for c in columns), np.full((count, 1, 3), 0.5, np.float32))
+    return gaussians_at(means, (0.3, 0.03, 0.03), 0.64, quats=quats, dtype=np.float32)
 
 
 def rolled(*angles):

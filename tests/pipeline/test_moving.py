@@ -21,10 +21,10 @@ from brushgs.pipeline.sequence import paint_sequence
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.moving import MovingScene
-from brushgs.values.sh import C0
 from tests.kit.commands import stages
 from tests.kit.configs import blind
 from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at
 
 SECONDS, STEP = 0.5, 1.2  # of the scene, and how far the ball goes, world units
 CAMERA = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=64, height=48, near=0.1)
@@ -44,16 +44,8 @@ def wall_and_ball(seed=0):
     wall = np.concatenate([rng.uniform(-2, 2, (WALL, 2)), np.full((WALL, 1), 1.0)], axis=1)
     ball = rng.normal(size=(BALL, 3))
     ball = 0.5 * ball / np.linalg.norm(ball, axis=1, keepdims=True) - (0.6, 0, 0)
-    num = WALL + BALL
-    colors = np.full((num, 3), 0.5)
-    colors[WALL:] = (0.9, 0.1, 0.1)
-    return bg.Gaussians(
-        np.concatenate([wall, ball]).astype(np.float32),
-        np.tile(np.float32([1, 0, 0, 0]), (num, 1)),
-        np.full((num, 3), 0.12, np.float32),
-        np.full(num, 0.9, np.float32),
-        ((colors - 0.5) / C0).astype(np.float32)[:, None, :],
-    )
+    colors = np.repeat([(0.5, 0.5, 0.5), (0.9, 0.1, 0.1)], (WALL, BALL), axis=0)
+    return gaussians_at(np.concatenate([wall, ball]), 0.12, colors, dtype=np.float32)
 
 
 def moving_scene(*, has_rows=True, seconds=SECONDS, step=STEP):

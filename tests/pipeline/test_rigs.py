@@ -18,6 +18,7 @@ from brushgs.pipeline.rigs import leveled, open_rig
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.still import paint_file
 from tests.kit.commands import stages
+from tests.passes.scenes import gaussians_at
 from tests.scenes import still_life_of
 
 SPHERE = ProjectionConfig(projection="equirect")
@@ -40,15 +41,8 @@ def test_a_sphere_stands_where_the_camera_was_and_is_level():
 
 def test_a_subject_fills_some_90_degrees_of_a_sphere():
     directions = np.random.default_rng(0).normal(size=(400, 3))
-    means = (directions / np.linalg.norm(directions, axis=1, keepdims=True)).astype(np.float32)
-    count = np.ones(len(means), np.float32)
-    ball = bg.Gaussians(
-        means,
-        np.tile(np.float32([1, 0, 0, 0]), (400, 1)),
-        0.1 * np.ones_like(means),
-        count,
-        np.zeros((400, 1, 3), np.float32),
-    )
+    means = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    ball = gaussians_at(means, 0.1, opacity=1, dtype=np.float32)
     view = ViewConfig(size=(64, 32), up=(0, -1, 0))
     config = PaintConfig(cluster=ClusterConfig(60), view=view, projection=SPHERE)
     distance = np.linalg.norm(prepare(ball, config, Report()).camera.position)

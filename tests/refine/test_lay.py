@@ -9,9 +9,9 @@ import brushgs as bg
 from brushgs.refine.lay import Seen, lay_marks
 from brushgs.rendering.motion import AT_REST, SHIFT, SIZE, TURN, Pose
 from brushgs.values.quats import rotation_matrices
-from brushgs.values.sh import C0
 from brushgs.values.style import StyleMarks
 from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at
 
 SIGMAS = 1.6
 CAMERA = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=160, height=120, fov_y=0.5)
@@ -28,13 +28,7 @@ def wall(num=300, scale=0.05, color=(0.6, 0.4, 0.2)):
     """Round, flat strokes that face the camera."""
     rng = np.random.default_rng(0)
     means = np.column_stack([rng.uniform(-1.4, 1.4, num), rng.uniform(-1, 1, num), np.zeros(num)])
-    return bg.Gaussians(
-        means.astype(np.float32),
-        np.tile(np.float32([1, 0, 0, 0]), (num, 1)),
-        np.tile(np.float32([scale, 0.95 * scale, 0.01]), (num, 1)),
-        np.full(num, 0.95, np.float32),
-        np.tile(((np.float32(color) - 0.5) / C0)[None, None], (num, 1, 1)),
-    )
+    return gaussians_at(means, (scale, 0.95 * scale, 0.01), color, opacity=0.95, dtype=np.float32)
 
 
 def laid(strokes, marks, **options):

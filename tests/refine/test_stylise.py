@@ -23,6 +23,7 @@ from brushgs.refine.views import views_around  # noqa: E402
 from brushgs.values.colors import LUMINANCE  # noqa: E402
 from tests.kit.for_each import for_each  # noqa: E402
 from tests.kit.paintings import paint  # noqa: E402
+from tests.passes.scenes import gaussians_at  # noqa: E402
 from tests.refine.weights import save_vgg  # noqa: E402
 from tests.scenes import still_life_of  # noqa: E402
 
@@ -154,13 +155,7 @@ def level_strokes(painting):
     num = 250
     means = np.column_stack([rng.uniform(-1.4, 1.4, num), rng.uniform(-1, 1, num), np.linspace(0, 0.1, num)])
     colors = painting.reshape(-1, 3)[rng.integers(0, painting[..., 0].size, num)]
-    return bg.Gaussians(
-        means.astype(np.float32),
-        np.tile(np.float32([1, 0, 0, 0]), (num, 1)),
-        np.tile(np.float32([0.2, 0.05, 0.01]), (num, 1)),
-        np.full(num, 0.95, np.float32),
-        ((colors - 0.5) / 0.28209479)[:, None].astype(np.float32),
-    )
+    return gaussians_at(means, (0.2, 0.05, 0.01), colors, opacity=0.95, dtype=np.float32)
 
 
 def test_only_colors_move_where_nothing_else_may(styled, strokes):

@@ -14,6 +14,7 @@ from brushgs.rendering.hand import DAB, LAID_ASIDE, Hand, Rhythm, Seen
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
 from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at
 from tests.scenes import still_life_of
 
 NUM_FRAMES, FPS = 24, 12
@@ -191,8 +192,7 @@ def sheet(columns=16, rows=12):
     count, angles = x.size, g.uniform(0, np.pi, x.size)
     means = np.stack([x.ravel(), y.ravel(), g.uniform(0, 0.1, count)], axis=1)
     quats = np.stack([np.cos(angles / 2), 0 * angles, 0 * angles, np.sin(angles / 2)], axis=1)
-    columns = means, quats, np.tile([0.3, 0.15, 0.01], (count, 1)), np.ones(count), np.zeros((count, 1, 3))
-    return bg.Gaussians(*(column.astype(np.float32) for column in columns))
+    return gaussians_at(means, (0.3, 0.15, 0.01), opacity=1, quats=quats, dtype=np.float32)
 
 
 def test_no_paper_opens_where_parts_on_different_rates_meet(monkeypatch):

@@ -8,7 +8,7 @@ import pytest
 from brushgs.rendering.nested import GONE, LONG, SHORT, WHOLE, Nested
 from brushgs.rendering.project import project
 from brushgs.values.camera import Camera
-from brushgs.values.gaussians import Gaussians
+from tests.passes.scenes import gaussians_at
 
 
 def camera(distance=4.0, width=960, height=540):
@@ -17,9 +17,7 @@ def camera(distance=4.0, width=960, height=540):
 
 def line(count=1):
     """Horizontal lines in the plane z = 0."""
-    scales = np.tile([0.2, 0.01, 0.01], (count, 1))
-    columns = np.zeros((count, 3)), np.tile([1.0, 0, 0, 0], (count, 1)), scales, np.ones(count)
-    return Gaussians(*columns, np.zeros((count, 1, 3)))
+    return gaussians_at(np.zeros((count, 3)), (0.2, 0.01, 0.01), opacity=1)
 
 
 def gap_of(pixels, view, distance=4.0):

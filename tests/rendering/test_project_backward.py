@@ -11,6 +11,7 @@ from brushgs.values.camera import Camera
 from brushgs.values.gaussians import SH_TERMS, Gaussians
 from tests.differences import assert_same_gradient, central_differences
 from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at
 
 CAMERA = Camera.look_at((0.5, -0.6, 2.6), (0, 0, 0), width=80, height=60, near=0.2)
 TERMS = {degree: terms for terms, degree in SH_TERMS.items()}
@@ -167,13 +168,7 @@ def test_boxes_that_the_loss_does_not_depend_on_pass_zeros_on(name, monkeypatch)
 @for_each("lock", ["off", "anchor"])
 def test_round_ellipses_pass_no_angle_on_and_nothing_that_is_not_finite(lock):
     """A ball before the camera: exactly round on the image, and its axes are equally long."""
-    scene = Gaussians(
-        np.zeros((1, 3)),
-        np.array([[1.0, 0, 0, 0]]),
-        np.full((1, 3), 0.2),
-        np.array([0.5]),
-        np.zeros((1, 1, 3)),
-    )
+    scene = gaussians_at([(0, 0, 0)], 0.2, opacity=0.5)
     camera = Camera.look_at((0, 0, 3), (0, 0, 0), width=80, height=60)
     boxes = project(scene, camera, lock=lock)
     actual = backward(scene, BoxGradients(angles=np.ones(1)), camera, lock=lock)

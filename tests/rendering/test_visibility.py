@@ -11,6 +11,7 @@ from brushgs.rendering.rasterize import RasterOptions
 from brushgs.rendering.visibility import painted_shares, painted_sums, visible_areas
 from tests.doctor.scenes import ball
 from tests.kit.for_each import for_each
+from tests.passes.scenes import gaussians_at, grid
 
 CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=96, height=72)
 KERNEL = bg.StrokeTexture.open("gaussian")
@@ -18,15 +19,7 @@ KERNEL = bg.StrokeTexture.open("gaussian")
 
 def wall(z, opacity=1.0):
     """A square of 8 x 8 units that faces the camera."""
-    x, y = np.meshgrid(np.linspace(-4, 4, 41), np.linspace(-4, 4, 41))
-    count = x.size
-    return bg.Gaussians(
-        np.stack([x.ravel(), y.ravel(), np.full(count, z)], 1).astype(np.float32),
-        np.tile(np.float32([1, 0, 0, 0]), (count, 1)),
-        np.tile(np.float32([0.2, 0.2, 0.001]), (count, 1)),
-        np.full(count, opacity, np.float32),
-        np.zeros((count, 1, 3), np.float32),
-    )
+    return gaussians_at(grid(41, 4.0, z), (0.2, 0.2, 0.001), opacity=opacity, dtype=np.float32)
 
 
 @for_each("antialiased", [False, True])

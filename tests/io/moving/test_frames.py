@@ -20,12 +20,8 @@ from brushgs.values.correspondence import have_same_rows
 from tests.io.moving.frame_maker import columns_at, shuffled, write_frames
 from tests.io.ply_maker import decoded, scene_columns, write_scene
 from tests.kit.for_each import for_each
+from tests.passes.scenes import assert_same
 from tests.scenes import still_life_of
-
-
-def assert_equal(actual, expected):
-    for name, column in expected.columns().items():
-        np.testing.assert_array_equal(getattr(actual, name), column, err_msg=name)
 
 
 def opened(scene):
@@ -55,7 +51,7 @@ def test_a_folder_of_numbered_files_is_a_clip(tmp_path, name):
     assert (moving.duration, moving.has_rows, moving.resting) == (12 / 24, True, None)
     np.testing.assert_allclose(moving.times, np.arange(12) / 24)
     for index in (0, 3, 11):
-        assert_equal(moving.at(index / 24), bg.load(paths[index]))
+        assert_same(moving.at(index / 24), bg.load(paths[index]))
     assert moving.notes.format == "12 moments at 24 a second, PLY, binary little-endian"
 
 
@@ -174,9 +170,9 @@ def test_between_moments_rows_lie_on_a_line_and_turn_the_shorter_way(tmp_path):
     turn = decoded(columns_at(0.25))["quats"]
     lengths = np.linalg.norm(turn, axis=1) * np.linalg.norm(found.quats, axis=1)
     np.testing.assert_allclose(np.abs(np.sum(found.quats * turn, axis=1)), lengths, rtol=1e-6)
-    assert_equal(pickle.loads(pickle.dumps(moving)).at(0.25 / 24), found)
+    assert_same(pickle.loads(pickle.dumps(moving)).at(0.25 / 24), found)
     for outside, end in ((-1, 0), (9, 2)):
-        assert_equal(moving.at(outside), bg.load(paths[end]))
+        assert_same(moving.at(outside), bg.load(paths[end]))
     with pytest.raises(ValueError, match="time must be a number"):
         moving.at(float("nan"))
 
@@ -319,10 +315,10 @@ def test_a_moment_is_read_as_its_file_is_and_between_files_it_is_made_of_both(tm
         (Moment(1.0, is_share=True), paths[4], "0.17"),
     ):
         gaussians, notes = read_scene(SceneSource((tmp_path,), time=time))
-        assert_equal(gaussians, bg.load(path))
+        assert_same(gaussians, bg.load(path))
         assert notes.format == f"PLY, binary little-endian, moment {words} s of 0.21 s"
     gaussians, notes = read_scene(SceneSource((tmp_path,), time=Moment(0.05)))
-    assert_equal(gaussians, opened(tmp_path).at(0.05))
+    assert_same(gaussians, opened(tmp_path).at(0.05))
     assert notes.format == "5 moments at 24 a second, PLY, binary little-endian, moment 0.05 s of 0.21 s"
 
 

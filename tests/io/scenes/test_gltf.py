@@ -8,12 +8,12 @@ from scipy.spatial.transform import Rotation
 
 import brushgs as bg
 from brushgs.formats import read_scene
-from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import C0, sh_basis
 from tests.io.scenes import spz_format
 from tests.io.scenes.gltf_maker import PREFIX, Attributes, Model, make
 from tests.kit.for_each import for_each
 from tests.kit.refused import refuse, refuse_bytes
+from tests.passes.scenes import covariances
 
 
 def model_of(attributes: Attributes, **options: object) -> Model:
@@ -90,11 +90,6 @@ def test_names_and_colors_of_the_first_draft_are_read(tmp_path):
 
 
 # ---- nodes
-
-
-def covariances(gaussians: bg.Gaussians) -> np.ndarray:
-    axes = rotation_matrices(gaussians.quats) * gaussians.scales[:, None, :].astype(np.float64)
-    return axes @ axes.transpose(0, 2, 1)
 
 
 def colors_seen(sh: np.ndarray, direction: np.ndarray) -> np.ndarray:

@@ -11,11 +11,11 @@ import zstandard
 
 from brushgs import SceneWarning
 from brushgs.formats import load, read_scene
-from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import sh_basis
 from tests.io.scenes import spz_format as spz
 from tests.kit.for_each import for_each
 from tests.kit.refused import refuse_bytes
+from tests.passes.scenes import covariances
 
 VERSIONS = (1, 2, 3, 4)
 
@@ -68,11 +68,6 @@ def test_a_coordinate_system_states_up_and_is_not_mirrored(tmp_path, number, ver
         for toward, sh in ((directions @ turned, gaussians.sh), (directions, plain.sh))
     )
     np.testing.assert_allclose(seen, expected, atol=1e-5)
-
-
-def covariances(gaussians):
-    matrix = rotation_matrices(gaussians.quats.astype(float)) * gaussians.scales.astype(float)[:, None]
-    return matrix @ matrix.transpose(0, 2, 1)
 
 
 def test_extensions_that_are_not_read_are_named_once(tmp_path):

@@ -18,6 +18,7 @@ from tests.outlets.glb.glb import Glb
 from tests.outlets.glb.rules import check_rules
 from tests.outlets.glb.three import lit, page_of
 from tests.outlets.page.paintings import some_coat, some_strokes
+from tests.passes.scenes import gaussians_at
 
 SIDE = 96  # pixels
 CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=SIDE, height=SIDE)
@@ -42,13 +43,7 @@ def ridged(along=True, periods=3):
 
 def one_stroke():
     """A gray square before the camera, in the picture from corner to corner of its middle half."""
-    return bg.Gaussians(
-        np.zeros((1, 3), np.float32),
-        np.float32([[1, 0, 0, 0]]),
-        np.float32([[0.5, 0.4999, 0.001]]),
-        np.ones(1, np.float32),
-        np.zeros((1, 1, 3), np.float32),
-    )
+    return gaussians_at([(0, 0, 0)], (0.5, 0.4999, 0.001), opacity=1, dtype=np.float32)
 
 
 def written(texture, lamp=LAMP, relief=RELIEF, strokes=None, **options):
