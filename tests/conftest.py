@@ -14,6 +14,7 @@ import tests.kit.kept
 
 # In one place for all folders: a session has one browser.
 from tests.chromium import browser, open_page, open_shared_page  # noqa: F401
+from tests.kit.commands import folder, scene  # noqa: F401
 
 # Commands of one session of tests share what they keep.
 tests.kit.kept.share()

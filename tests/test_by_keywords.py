@@ -13,16 +13,9 @@ from brushgs.options.painting import PaintConfig
 from brushgs.pipeline.report import Report
 from brushgs.still_life.moving import still_life_moving
 from tests.kit.for_each import for_each
-from tests.scenes import save_upright, still_life_of
+from tests.scenes import still_life_of
 
 SMALL = {"size": (64, 48), "strokes": 60}
-
-
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    save_upright(still_life_of(1000), path)
-    return path
 
 
 @pytest.mark.parametrize(

@@ -4,18 +4,13 @@ Where such a part is missing the program goes without: no bound on memory, no ma
 over pipes.
 """
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-import brushgs as bg
 from brushgs.cli import main
-from tests.scenes import still_life_of
+from tests.kit.programs import ran
 
-ROOT = Path(__file__).resolve().parents[1]
 # As on Windows; what the standard library itself calls on this system must stay.
 WITHOUT = """
 import os, signal, sys
@@ -34,25 +29,6 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "a.ply"
-    bg.save(still_life_of(1000), path)
-    return path
-
-
-def run(folder, begin, *words, **variables):
-    return subprocess.run(
-        [sys.executable, *begin, *map(str, words)],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(ROOT)} | variables,
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-    )
-
-
 @pytest.mark.parametrize(
     ("target", "more"),
     [("a.avif", []), ("%02d.png", ["--orbit", "3", "--jobs", "2"])],
@@ -64,8 +40,8 @@ def test_a_render_is_the_same_without_what_only_linux_has(scene, tmp_path, targe
     here.mkdir()
     elsewhere.mkdir()
     assert main([*map(str, words), "--quiet", "-o", str(here / target)]) == 0
-    found = run(elsewhere, ["-c", WITHOUT], *words, "-o", elsewhere / target)
-    assert found.returncode == 0, found.stderr
+    code, _, err = ran("-c", WITHOUT, *words, "-o", elsewhere / target, cwd=elsewhere)
+    assert code == 0, err
     pictures = [
         [path.read_bytes() for path in sorted(folder.glob(f"*{Path(target).suffix}"))]
         for folder in (here, elsewhere)
@@ -77,6 +53,7 @@ def test_a_render_is_the_same_without_what_only_linux_has(scene, tmp_path, targe
 def test_a_name_that_the_terminal_cannot_write_is_no_error(scene, tmp_path):
     words = ["render", scene, "--look", "plain", "--strokes", "50", "--size", "32x18", "--json"]
     words += ["-o", tmp_path / "画.png"]
-    found = run(tmp_path, ["-m", "brushgs"], *words, PYTHONIOENCODING="ascii:strict", LC_ALL="C.UTF-8")
-    assert found.returncode == 0, found.stderr
+    variables = {"PYTHONIOENCODING": "ascii:strict", "LC_ALL": "C.UTF-8"}
+    code, _, err = ran("-m", "brushgs", *words, cwd=tmp_path, env=variables)
+    assert code == 0, err
     assert (tmp_path / "画.png").exists()

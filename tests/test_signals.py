@@ -1,17 +1,12 @@
 """What asks a program to stop is heard after work that must not stop midway, and never aborts it."""
 
-import os
 import signal
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import pytest
 
 from brushgs.core.signals import STOP_SIGNALS, defer_stop
-
-ROOT = Path(__file__).resolve().parent.parent
+from tests.kit.programs import ran
 
 
 class HeardError(Exception):
@@ -87,11 +82,4 @@ try:
 except KeyboardInterrupt:
     print("heard", left <= 0, "brushgs._core" in sys.modules)
 """
-    run = subprocess.run(
-        [sys.executable, "-c", code],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (run.returncode, run.stdout, run.stderr) == (0, "heard True True\n", "")
+    assert ran("-c", code) == (0, "heard True True\n", "")

@@ -2,7 +2,6 @@ import json
 import os
 import re
 import signal
-import subprocess
 import sys
 from pathlib import Path
 
@@ -22,9 +21,8 @@ from brushgs.values.colors import rgb_of
 from brushgs.values.sh import base_colors
 from tests.kit.commands import names, refused, run, save_opaque, stages_of
 from tests.kit.for_each import for_each
+from tests.kit.programs import ran, start
 from tests.scenes import still_life_of
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(autouse=True)
@@ -201,11 +199,7 @@ def test_an_existing_picture_survives_a_run_that_fails(scene, capsys, monkeypatc
     ("error", "code", "sentence"),
     [
         (KeyError("means"), 1, "brushgs: internal error, KeyError"),
-        (
-            MemoryError("Unable to allocate 12 GiB"),
-            2,
-            "brushgs: out of memory (Unable to allocate 12 GiB)",
-        ),
+        (MemoryError("Unable to allocate 12 GiB"), 2, "brushgs: out of memory (Unable to allocate 12 GiB)"),
         (KeyboardInterrupt(), 130, "brushgs: stopped\n"),
         (bg.SceneError("a.ply", "is gone"), 2, "brushgs: a.ply: is gone\n"),
     ],
@@ -434,19 +428,20 @@ def test_the_moving_demo_builds_a_clip_and_paints_it(monkeypatch, capsys):
     assert (moving.has_rows, len(moving.times), moving.duration) == (True, 4, 4 / 24)
 
 
-def brushgs(*words, cwd, **options):
-    command = [sys.executable, "-m", "brushgs", *map(str, words)]
-    # Where the size of files is limited, byte code would be cut off too, and fail where it is imported next.
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"}
-    return subprocess.Popen(
-        command,
-        cwd=cwd,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        **options,
-    )
+# Where the size of files is limited, byte code would be cut off too, and fail where it is imported next.
+LIMITED = {"PYTHONDONTWRITEBYTECODE": "1"}
+
+
+def limited(size):
+    """What has no file of a new process be longer."""
+
+    def limit():
+        import resource
+
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    return limit
 
 
 PICTURES, FILMS = ["png", "tif", "exr", "jpg", "webp", "avif"], ["mp4", "webm", "gif"]
@@ -474,13 +469,6 @@ print(json.dumps(found))
 @pytest.fixture(scope="module")
 def on_full_disc(scene, tmp_path_factory):
     """By suffix: exit code, stdout, stderr, and what is left where no file may be longer than 500 bytes."""
-
-    def limit():
-        import resource
-
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))
-
     commands = {}
     for suffix in ON_FULL_DISC:
         is_page, is_scene = suffix in PAGES, suffix in FILES
@@ -488,16 +476,10 @@ def on_full_disc(scene, tmp_path_factory):
         words += [] if is_scene else SMALL
         words += ["--orbit", "3"] if suffix in FILMS else []
         commands[suffix] = [*words, "-o", f"a.{suffix}"]
-    ran = subprocess.run(
-        [sys.executable, "-c", FULL_DISC, json.dumps(commands)],
-        cwd=tmp_path_factory.mktemp("full"),
-        env=os.environ | {"PYTHONPATH": str(ROOT), "PYTHONDONTWRITEBYTECODE": "1"},
-        stdout=subprocess.PIPE,
-        text=True,
-        check=True,
-        preexec_fn=limit,
-    )
-    return json.loads(ran.stdout)
+    options = {"cwd": tmp_path_factory.mktemp("full"), "env": LIMITED, "preexec_fn": limited(500)}
+    code, out, err = ran("-c", FULL_DISC, json.dumps(commands), **options)
+    assert code == 0, err
+    return json.loads(out)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file size limit")
@@ -517,16 +499,10 @@ def test_a_full_disc_gets_a_sentence_and_leaves_nothing(on_full_disc, suffix):
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file size limit")
 def test_a_disc_that_fills_while_frames_are_painted_leaves_those_that_are_whole(scene, tmp_path):
-    def limit():
-        import resource
-
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (2000, 2000))  # the manifest fits, no frame does
-
     words = "render", scene, *SMALL, "--size", "320x240", "--orbit", "3", "-o", "f/"
-    with brushgs(*words, cwd=tmp_path, preexec_fn=limit) as process:
-        out, err = process.communicate()
-    assert (process.returncode, out) == (2, "")
+    options = {"env": LIMITED, "preexec_fn": limited(2000)}  # the manifest fits, no frame does
+    code, out, err = ran("-m", "brushgs", *words, cwd=tmp_path, **options)
+    assert (code, out) == (2, "")
     assert re.fullmatch(r"brushgs: /.*: has no room for temporary files; .* TMPDIR .*\n", err), err
     assert names(tmp_path / "f") == [".%05d.png.json"]
 
@@ -536,11 +512,8 @@ def shown_on_a_terminal(words, cwd):
     import pty
 
     ours, theirs = pty.openpty()
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "TERM": "xterm", "COLUMNS": "120"}
-    command = [sys.executable, "-m", "brushgs", *map(str, words)]
-    with subprocess.Popen(
-        command, cwd=cwd, env=environment, stdout=subprocess.PIPE, stderr=theirs
-    ) as process:
+    environment = {"TERM": "xterm", "COLUMNS": "120"}
+    with start("-m", "brushgs", *words, cwd=cwd, env=environment, stderr=theirs) as process:
         os.close(theirs)
         shown = b""
         while chunk := _read(ours):
@@ -552,10 +525,8 @@ def shown_on_a_terminal(words, cwd):
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminal")
 def test_a_terminal_sees_a_bar_for_each_stage_and_a_pipe_does_not(scene, tmp_path):
     words = ["render", scene, *SMALL]
-    with brushgs(*words, cwd=tmp_path) as process:
-        _, piped = process.communicate()
-    with brushgs("--version", cwd=tmp_path) as process:
-        assert process.communicate() == (f"brushgs {bg.__version__}\n", "")
+    _, _, piped = ran("-m", "brushgs", *words, cwd=tmp_path)
+    assert ran("-m", "brushgs", "--version") == (0, f"brushgs {bg.__version__}\n", "")
     assert "\x1b" not in piped
     assert len(piped.splitlines()) <= 8
     assert "total" in piped

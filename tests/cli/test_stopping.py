@@ -2,18 +2,16 @@
 
 import os
 import signal
-import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
 from brushgs.cli.stopping import Stop, hearing_stops
 from brushgs.formats.pictures.images import read_image
+from tests.kit import programs
 from tests.kit.for_each import for_each
 
-ROOT = Path(__file__).resolve().parents[2]
 # Strokes that are soon made: signals come while they are painted.
 SOON = ["--look", "plain", "--see", "off", "--stroke", "ellipse", "--strokes", "100"]
 CODES = {signal.SIGINT: 130, signal.SIGTERM: 143}
@@ -36,15 +34,9 @@ def start(scene, place):
     """Starts a painting; a long one with these words."""
 
     def start(*words):
-        command = [sys.executable, "-m", "brushgs", "render", scene, *SOON, *words]
-        return subprocess.Popen(
-            list(map(str, command)),
-            cwd=place / "out",
-            env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(place / "temporary")},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
+        options = {"cwd": place / "out", "env": {"TMPDIR": str(place / "temporary")}}
+        return programs.start(
+            "-m", "brushgs", "render", scene, *SOON, *words, **options, start_new_session=True
         )
 
     return start
@@ -68,11 +60,7 @@ def wait_until(condition, process):
 
 
 @pytest.mark.parametrize(
-    ("number", "words"),
-    [
-        (signal.SIGINT, ("-o", "a.mp4")),
-        (signal.SIGHUP, ("-o", "a.gif", "--jobs", "2")),
-    ],
+    ("number", "words"), [(signal.SIGINT, ("-o", "a.mp4")), (signal.SIGHUP, ("-o", "a.gif", "--jobs", "2"))]
 )
 def test_every_video_is_whole_or_not_there(start, place, number, words):
     with start(*LONG, *words) as process:
@@ -149,10 +137,7 @@ with hearing_stops() as stop:
         exit_code = stop.exit_code
 sys.exit(exit_code)
 """
-    ended = subprocess.run(
-        [sys.executable, "-c", code], env=os.environ | {"PYTHONPATH": str(ROOT)}, timeout=60
-    )
-    assert ended.returncode == CODES[number]
+    assert programs.ran("-c", code)[0] == CODES[number]
 
 
 def test_handlers_of_others_stay():

@@ -1,18 +1,14 @@
 """Fixtures of both pools: pictures, and a path on which other processes find what paints them."""
 
-import os
-import subprocess
-import sys
 import textwrap
-from pathlib import Path
 
 import pytest
 
 import brushgs as bg
+from tests.kit.programs import ROOT, start
 from tests.parallel import work
 from tests.scenes import still_life_of
 
-ROOT = Path(__file__).resolve().parents[2]
 NUM_FRAMES = 12
 
 
@@ -36,6 +32,4 @@ def frames(painter):
 def run_script(path, code, **options):
     """Start a script of Python that finds this package."""
     path.write_text(textwrap.dedent(code))
-    pipes = dict.fromkeys(("stdout", "stderr"), subprocess.PIPE)
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.Popen([sys.executable, path], env=environment, text=True, **pipes, **options)
+    return start(path, **options)

@@ -22,23 +22,18 @@ from brushgs.pipeline.blocks.budget import Budget
 from brushgs.pipeline.blocks.load import load_in_blocks
 from brushgs.pipeline.parallel import connection, parallel_map
 from brushgs.pipeline.parallel import dask_cluster as cluster
+from tests.kit import programs
 from tests.kit.for_each import for_each
 from tests.parallel import work
-from tests.parallel.conftest import NUM_FRAMES, ROOT, run_script
+from tests.parallel.conftest import NUM_FRAMES, run_script
 from tests.scenes import still_life_of
 
 
 def start(folder, name, *words):
     """One of Dask's commands, with its output in a file."""
     with (folder / f"{name}.log").open("w") as log:
-        return subprocess.Popen(
-            [sys.executable, "-m", "dask", name.split("-")[0], "--no-dashboard", *words],
-            cwd=folder,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-            stdout=log,
-            stderr=log,
-            start_new_session=True,
-        )
+        options = {"cwd": folder, "stdout": log, "stderr": log, "start_new_session": True}
+        return programs.start("-m", "dask", name.split("-")[0], "--no-dashboard", *words, **options)
 
 
 def stop(process):

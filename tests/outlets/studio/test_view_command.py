@@ -1,11 +1,9 @@
 """`brushgs view` as a command: what it refuses, what it prints, and how it ends."""
 
 import http.client
-import os
 import re
 import signal
 import socket
-import subprocess
 import sys
 import time
 import webbrowser
@@ -18,11 +16,11 @@ from brushgs.cli import main
 from brushgs.cli.commands import render, view
 from brushgs.options.viewer import FilmConfig, check_picture
 from brushgs.outlets.studio.studio import Studio
+from tests.kit import programs
 from tests.kit.commands import refused, run
 from tests.kit.for_each import for_each
 from tests.outlets.studio.conftest import FEW, SECONDS
 
-ROOT = Path(__file__).resolve().parents[3]
 ADDRESS = re.compile(r"^http://127\.0\.0\.1:([0-9]+)/\?token=([\w-]{43})$")
 
 
@@ -136,15 +134,8 @@ def test_the_options_that_the_page_names_are_those_of_render(scene):
 def test_a_signal_ends_it_cleanly(scene, tmp_path):
     temporary = tmp_path / "temporary"
     temporary.mkdir()
-    command = [sys.executable, "-m", "brushgs", "view", scene, *FEW, "--no-browser", "-o", tmp_path]
-    with subprocess.Popen(
-        list(map(str, command)),
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
+    words = "view", scene, *FEW, "--no-browser", "-o", tmp_path
+    with programs.start("-m", "brushgs", *words, cwd=tmp_path, env={"TMPDIR": str(temporary)}) as process:
         try:
             port, token = ADDRESS.match(process.stdout.readline().strip()).groups()
             connection = http.client.HTTPConnection("127.0.0.1", int(port), timeout=SECONDS)

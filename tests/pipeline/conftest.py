@@ -1,3 +1,0 @@
-"""Fixtures of this folder."""
-
-from tests.kit.commands import folder, scene  # noqa: F401
