@@ -37,7 +37,7 @@ from tests.io.moving import clips, params_maker, test_four_dgs
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 from tests.io.scenes import gltf_maker, ksplat_format, sog_maker, splat_format, spz_format
 from tests.io.styles import example
-from tests.io.test_images import palette_chunk, png
+from tests.io.test_images import palette_chunk, png, write_raw
 
 ENCODINGS = ("binary_little_endian", "binary_big_endian")
 DEEP = ["[" * depth + "]" * depth for depth in (400, 900, 960, 985, 5000)]
@@ -87,10 +87,7 @@ def scenes(folder: Path) -> list[bytes]:
 def photographed(folder: Path) -> list[bytes]:
     """Scenes with the camera of the photograph that they were predicted from."""
     path = folder / "a.ply"
-    return [
-        test_photographs.photographed(path, encoding=encoding).read_bytes()
-        for encoding in (*ENCODINGS, "ascii")
-    ]
+    return [test_photographs.photographed(path, encoding=e).read_bytes() for e in (*ENCODINGS, "ascii")]
 
 
 def photographs(folder: Path) -> list[bytes]:
@@ -112,32 +109,23 @@ def text_scenes(folder: Path) -> list[bytes]:
 
 def compressed_scenes(folder: Path) -> list[bytes]:
     """Scenes in the layout of PlayCanvas."""
-    found = []
-    for degree, color_ranges, encoding in (
-        (0, True, ENCODINGS[0]),
-        (0, False, ENCODINGS[1]),
-        (3, True, ENCODINGS[0]),
-    ):
-        scene = test_compressed_ply.make(30, degree)
-        path = test_compressed_ply.encode(
-            folder / "a.ply", scene, color_ranges=color_ranges, encoding=encoding
-        )
-        found.append(path.read_bytes())
-    found.append(test_compressed_ply.encode(folder / "a.ply", test_compressed_ply.make(300)).read_bytes())
-    return found
+
+    def made(num: int, degree: int = 0, **options: Any) -> bytes:
+        scene = test_compressed_ply.make(num, degree)
+        return test_compressed_ply.encode(folder / "a.ply", scene, **options).read_bytes()
+
+    return [made(30), made(30, color_ranges=False, encoding=ENCODINGS[1]), made(30, 3), made(300)]
 
 
 def header_traps() -> list[bytes]:
     """Headers that promise more than there is, repeat themselves, or have no end."""
     start = b"ply\nformat binary_little_endian 1.0\n"
     names = b"".join(b"property float %s\n" % name.encode() for name in scene_columns(1))
+    many = b"".join(b"property uchar p%d\n" % i for i in range(2500))
     return [
         start + b"element vertex 999999999999999999\n" + names + b"end_header\n" + b"\0" * 99,
         start + b"comment upaxis" + b" " * 30_000 + b"\nend_header\n",
-        start
-        + b"element vertex 3\n"
-        + b"".join(b"property uchar p%d\n" % i for i in range(2500))
-        + b"end_header\n",
+        start + b"element vertex 3\n" + many + b"end_header\n",
         start + b"".join(b"element e%d 0\n" % i for i in range(3000)) + b"end_header\n",
         start + b"element vertex 1\n" + b"x" * 60_000,
     ]
@@ -146,22 +134,18 @@ def header_traps() -> list[bytes]:
 def spz_scenes(folder: Path) -> list[bytes]:
     """All versions, degrees and extensions; with and without gzip, where damage reaches deeper; and bombs."""
     records = spz_format.record(spz_format.COORDINATE_SYSTEM, b"\7\0\0\0") + spz_format.record(5, b"abc")
-    found = []
-    for version in (1, 2, 3, 4):
-        for degree in (0, 1, 4):
-            scene = spz_format.make(9, degree)
-            found.append(spz_format.encode(scene, version, extensions=records * (degree == 1)))
-            if version < 4:
-                found.append(
-                    spz_format.encode(scene, version, packed=False, extensions=records * (degree == 1))
-                )
+    found = [
+        spz_format.encode(spz_format.make(9, n), version, packed=packed, extensions=records * (n == 1))
+        for version in (1, 2, 3, 4)
+        for n in (0, 1, 4)
+        for packed in (True, False)[: 1 + (version < 4)]
+    ]
     plain = spz_format.encode(spz_format.make(9), 3, packed=False)
     found.append(gzip.compress(plain + b"\0" * (20 << 20)))
     # As many zeros as the file may just hold, and more.
     for count in (600_000, 2_000_000):
-        found.append(
-            gzip.compress(plain[:8] + struct.pack("<I", count) + plain[12:16] + b"\0" * (20 * count))
-        )
+        head = plain[:8] + struct.pack("<I", count) + plain[12:16]
+        found.append(gzip.compress(head + b"\0" * (20 * count)))
         zeros = [b"\0" * width * count for width in (9, 1, 3, 3, 4)]
         found.append(spz_format.encode_4(count, 0, zeros))
     return found
@@ -332,9 +316,8 @@ def inria_cameras(folder: Path) -> list[bytes]:
 def transforms(folder: Path) -> list[bytes]:
     """Frames of NeRF and nerfstudio, some nested too deeply."""
     distorted = test_cameras.NERFSTUDIO | {"k1": 0.1, "camera_model": "FULL_OPENCV"}
-    found = [
-        json.dumps(content).encode() for content in (test_cameras.BLENDER, test_cameras.NERFSTUDIO, distorted)
-    ]
+    whole = test_cameras.BLENDER, test_cameras.NERFSTUDIO, distorted
+    found = [json.dumps(content).encode() for content in whole]
     marked = json.dumps(test_cameras.BLENDER | {"k1": 1})
     return found + [marked.replace('"k1": 1', f'"fl_x": {deep}').encode() for deep in DEEP]
 
@@ -365,14 +348,11 @@ def colmap_models(folder: Path, form: str) -> list[bytes]:
     ]
     found = []
     for count in (1, 2, 4):
-        images = [
-            test_colmap.Image(f"{row}.jpg", camera_id=row + 1, points=[(1.0, 2.0, 3)] * row)
-            for row in range(count)
-        ]
+        points = [[(1.0, 2.0, 3)] * row for row in range(count)]
+        images = [test_colmap.Image(f"{k}.jpg", camera_id=k + 1, points=one) for k, one in enumerate(points)]
         model = test_colmap.write(folder, form, cameras=lenses[:count], images=images)
-        found.append(
-            SEPARATOR.join((model / f"{stem}.{form}").read_bytes() for stem in ("cameras", "images"))
-        )
+        parts = ((model / f"{stem}.{form}").read_bytes() for stem in ("cameras", "images"))
+        found.append(SEPARATOR.join(parts))
     return found
 
 
@@ -420,14 +400,8 @@ def marks(folder: Path) -> list[bytes]:
 
 def styles(folder: Path) -> list[bytes]:
     """Styles of paintings and edits, some with arrays as lists, one with a brush that claims to be huge."""
-    found = []
-    for style in (
-        example.painting(),
-        example.painting(0),
-        example.edit(),
-        replace(example.painting(), marks=None),
-    ):
-        path = folder / "a.style"
+    found, path, unmarked = [], folder / "a.style", replace(example.painting(), marks=None)
+    for style in (example.painting(), example.painting(0), example.edit(), unmarked):
         write_style(style, path)
         found.append(path.read_bytes())
     value = json.loads(found[0])
@@ -447,31 +421,15 @@ def _pixels(channels: int, dtype: type, side: int = 16) -> np.ndarray:
     return values.astype(dtype) if dtype is np.float32 else (values * np.iinfo(dtype).max).astype(dtype)
 
 
-def written(path: Path, pixels: np.ndarray, names: str = "RGBA", **attributes: object) -> bytes:
-    """A picture as OpenImageIO writes it; `tile` is the side of its tiles."""
-    import OpenImageIO
-
-    height, width, channels = pixels.shape
-    spec = OpenImageIO.ImageSpec(width, height, channels, pixels.dtype.name.replace("float32", "float"))
-    spec.channelnames = tuple(names[:channels])
-    tile = attributes.pop("tile", 0)
-    if tile:
-        spec.tile_width = spec.tile_height = tile
-    for name, value in attributes.items():
-        spec.attribute(name, value)
-    out = OpenImageIO.ImageOutput.create(str(path))
-    assert out.open(str(path), spec), out.geterror()
-    written = out.write_tiles(0, width, 0, height, 0, 1, pixels) if tile else out.write_image(pixels)
-    assert written, out.geterror()
-    assert out.close(), out.geterror()
-    return path.read_bytes()
+def written(path: Path, pixels: np.ndarray, names: str = "RGBA", **attributes: Any) -> bytes:
+    """A picture as OpenImageIO writes it."""
+    return write_raw(path, pixels, names=names, **attributes).read_bytes()
 
 
 def pngs(folder: Path) -> list[bytes]:
     """Every kind and depth, and one that claims to be huge."""
-    found = [
-        written(folder / "a.png", _pixels(n, dtype)) for n in (1, 2, 3, 4) for dtype in (np.uint8, np.uint16)
-    ]
+    path, kinds = folder / "a.png", (np.uint8, np.uint16)
+    found = [written(path, _pixels(n, kind)) for n in (1, 2, 3, 4) for kind in kinds]
     found.append(png(4, 2, 1, 3, b"\0\x50\0\xa0", palette_chunk(b"\0\0\0\xff\xff\xff")))
     found.append(png(60_000, 60_000, 8, 6, b"\0" * 1000))
     found.append(png(65_536, 15, 8, 0, b"\0" * 65_537 * 15))
@@ -480,11 +438,8 @@ def pngs(folder: Path) -> list[bytes]:
 
 def jpegs(folder: Path) -> list[bytes]:
     """Grey and color, sequential and progressive."""
-    kinds: list[dict[str, object]] = [
-        {},
-        {"jpeg:progressive": 1},
-        {"Orientation": 6, "jpeg:subsampling": "4:4:4"},
-    ]
+    turned: dict[str, object] = {"Orientation": 6, "jpeg:subsampling": "4:4:4"}
+    kinds = [{}, {"jpeg:progressive": 1}, turned]
     return [written(folder / "a.jpg", _pixels(n, np.uint8), **kind) for n in (1, 3) for kind in kinds]
 
 
@@ -524,10 +479,8 @@ def exrs(folder: Path) -> list[bytes]:
 
 def webps(folder: Path) -> list[bytes]:
     """Lossy and lossless, with and without alpha."""
-    kinds = ("webp:80", "lossless")
-    return [
-        written(folder / "a.webp", _pixels(n, np.uint8), compression=kind) for n in (3, 4) for kind in kinds
-    ]
+    path, kinds = folder / "a.webp", ("webp:80", "lossless")
+    return [written(path, _pixels(n, np.uint8), compression=kind) for n in (3, 4) for kind in kinds]
 
 
 def bmps(folder: Path) -> list[bytes]:
@@ -543,12 +496,8 @@ def hdrs(folder: Path) -> list[bytes]:
 PLY = (
     *(b"ply\n", b"format ascii 1.0\n", b"format binary_little_endian 1.0\n", b"end_header\n", b"comment "),
     *(b"element vertex 99999999999\n", b"element chunk 0\n", b"element sh 1\n", b"element face 1\n", b"\r\n"),
-    *(
-        b"property list uchar int vertex_indices\n",
-        b"property uchar x\n",
-        b"property double opacity\n",
-        b"\r",
-    ),
+    *(b"property list uchar int vertex_indices\n", b"property uchar x\n", b"property double opacity\n"),
+    b"\r",
     *(b"property float filter_3D\n", b"comment SplatRenderMode: 2dgs\n", b"comment antialiased 1\n"),
     *(b"property float rot_0\n", b"property float f_rest_0\n", b"comment up axis: -y\n", b"obj_info ", b"\0"),
 )

@@ -1,6 +1,7 @@
 """Flat OpenEXR files: what they hold, by OpenImageIO and by a strict reader of the tests' own."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import OpenImageIO
@@ -11,7 +12,9 @@ from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.values.colors import linear_from_srgb
 from brushgs.values.layers import Matte
 from brushgs.values.shot import Shot
+from tests.io import test_images
 from tests.io.exr_reader import channels_of, read_header
+from tests.io.test_images import straight
 from tests.kit.for_each import for_each
 
 HEIGHT, WIDTH = 70, 9  # more rows than are written at a time
@@ -19,12 +22,7 @@ HALF = 2.0**-11  # the largest relative error of rounding to a half float
 
 
 def make_frame(*, depth: bool = False, layers: Mapping[str, object] | None = None) -> Frame:
-    """A frame with every kind of alpha: none, full and between."""
-    rng = np.random.default_rng(7)
-    alpha = rng.random((HEIGHT, WIDTH)).astype(np.float32)
-    alpha[0], alpha[1] = 0, 1
-    rgb = (rng.random((HEIGHT, WIDTH, 3)) * alpha[..., None]).astype(np.float32)
-    return Frame(rgb, alpha, 1 + alpha if depth else None, layers=layers or {})
+    return replace(test_images.make_frame(HEIGHT, WIDTH, depth=depth), layers=layers or {})
 
 
 def make_layers() -> dict[str, object]:
@@ -47,11 +45,6 @@ def make_layers() -> dict[str, object]:
         "stroke": Matte(("a_0", "a_1"), rows, coverage),
         "layer": Matte(("a", "ground"), rows, coverage),
     }
-
-
-def straight(frame: Frame) -> np.ndarray:
-    with np.errstate(invalid="ignore"):
-        return np.nan_to_num(frame.rgb / frame.alpha[..., None])
 
 
 def camera() -> Camera:

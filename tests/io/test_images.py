@@ -246,16 +246,22 @@ def test_png_of_every_kind_and_depth(tmp_path, kind, num_channels, channels, dep
     np.testing.assert_allclose(pixels, values / largest, atol=1e-6)
 
 
-def write_raw(path: Path, pixels: np.ndarray, **attributes: object) -> Path:
-    """A file written by OpenImageIO with its own defaults."""
+def write_raw(
+    path: Path, pixels: np.ndarray, *, names: str = "", tile: int = 0, origin=(0, 0), **attributes: object
+) -> Path:
+    """A file written by OpenImageIO with its own defaults; of its channels, the side of tiles, its corner."""
     height, width, num_channels = pixels.shape
     spec = OpenImageIO.ImageSpec(width, height, num_channels, pixels.dtype.name.replace("float32", "float"))
+    spec.channelnames = tuple(names[:num_channels]) or spec.channelnames
+    spec.tile_width = spec.tile_height = tile
+    spec.x, spec.y = origin
     for name, value in attributes.items():
         spec.attribute(name, value)
     out = OpenImageIO.ImageOutput.create(str(path))
     assert out.open(str(path), spec), out.geterror()
-    assert out.write_image(pixels), out.geterror()
-    out.close()
+    is_written = out.write_tiles(0, width, 0, height, 0, 1, pixels) if tile else out.write_image(pixels)
+    assert is_written, out.geterror()
+    assert out.close(), out.geterror()
     return path
 
 
@@ -299,13 +305,7 @@ def test_pictures_that_cannot_be_used_are_refused(tmp_path):
 @for_each(("origin", "tile"), [((0, 0), 0), ((5, 200), 0), ((-3, -7), 0), ((0, 0), 16)])
 def test_a_picture_is_whole_wherever_its_pixels_begin(tmp_path, origin, tile):
     pixels = np.random.default_rng(3).random((150, 40, 3)).astype(np.float32)
-    spec = OpenImageIO.ImageSpec(40, 150, 3, "float")
-    spec.x, spec.y = origin
-    spec.tile_width = spec.tile_height = tile
-    out = OpenImageIO.ImageOutput.create("openexr")
-    assert out.open(str(tmp_path / "a.exr"), spec)
-    assert out.write_tiles(0, 40, 0, 150, 0, 1, pixels) if tile else out.write_image(pixels)
-    out.close()
+    write_raw(tmp_path / "a.exr", pixels, tile=tile, origin=origin)
     np.testing.assert_allclose(read_image(tmp_path / "a.exr"), srgb_from_linear(pixels), atol=1e-6)
 
 

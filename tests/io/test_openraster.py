@@ -34,9 +34,7 @@ MOST = 2.0  # of 255: what 8 bits a layer cost
 SHEETS = Wanted(sheets=True)
 
 
-@pytest.fixture(autouse=True)
-def _elsewhere(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("folder")
 
 
 @pytest.fixture(scope="module")

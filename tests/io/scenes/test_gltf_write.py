@@ -1,7 +1,5 @@
 """A .glb of Gaussians: its structure by the rules of glTF 2.0, and how its node turns it upright."""
 
-import json
-import struct
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,8 +11,10 @@ import brushgs as bg
 from brushgs.formats import read_scene
 from brushgs.formats.scenes.write import write_scene
 from brushgs.values.camera import FirstView
+from tests.io.scenes.gltf_maker import Model
 from tests.io.scenes.test_written import degrees_between, make
 from tests.kit.for_each import for_each
+from tests.outlets.glb.glb import Glb
 
 UP = np.array([0.6, -0.64, 0.48])
 
@@ -24,48 +24,33 @@ def view_of(up: np.ndarray) -> FirstView:
 
 
 def chunks_of(path: Path) -> tuple[dict[str, Any], bytes]:
-    """The JSON and the binary chunk, with every rule of the container checked."""
-    data = path.read_bytes()
-    magic, version, length = struct.unpack_from("<4sII", data)
-    assert (magic, version, length) == (b"glTF", 2, len(data))
-    found, start = [], 12
-    while start < length:
-        size, kind = struct.unpack_from("<I4s", data, start)
-        assert size % 4 == 0
-        found.append((kind, data[start + 8 : start + 8 + size]))
-        start += 8 + size
-    assert [kind for kind, _ in found] == [b"JSON", b"BIN\0"]
-    return json.loads(found[0][1]), found[1][1]
+    """The JSON and the binary chunk."""
+    glb = Glb(path.read_bytes())
+    return glb.top, glb.binary
 
 
-def write_chunks(path: Path, model: dict[str, Any], binary: bytes) -> None:
-    text = json.dumps(model).encode()
-    text += b" " * (-len(text) % 4)
-    body = (
-        struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(binary), b"BIN\0") + binary
-    )
-    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body)
+def write_chunks(path: Path, top: dict[str, Any], binary: bytes) -> None:
+    model = Model()
+    model.top, model.data = top, binary
+    model.write(path)
 
 
 def attributes_of(path: Path) -> dict[str, np.ndarray]:
     """Every attribute, read by the rules of the standard alone."""
-    model, binary = chunks_of(path)
-    (primitive,) = model["meshes"][0]["primitives"]
+    glb = Glb(path.read_bytes())
+    (primitive,) = glb.top["meshes"][0]["primitives"]
     assert primitive["mode"] == 0
-    assert set(model["extensionsUsed"]) == set(primitive["extensions"])
-    found = {}
+    assert set(glb.top["extensionsUsed"]) == set(primitive["extensions"])
+    assert glb.top["buffers"] == [{"byteLength": len(glb.binary)}]
+    found = {name: glb.array(index) for name, index in primitive["attributes"].items()}
     for name, index in primitive["attributes"].items():
-        accessor = model["accessors"][index]
-        view = model["bufferViews"][accessor["bufferView"]]
+        accessor = glb.top["accessors"][index]
+        view = glb.top["bufferViews"][accessor["bufferView"]]
         assert (accessor["componentType"], view["buffer"], view["byteOffset"] % 4) == (5126, 0, 0)
-        width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor["type"]]
-        assert view["byteLength"] == 4 * width * accessor["count"]
-        values = np.frombuffer(binary, "<f4", width * accessor["count"], view["byteOffset"])
-        found[name] = values.reshape(accessor["count"], width)
-        if name == "POSITION":
-            assert accessor["min"] == found[name].min(axis=0).tolist()
-            assert accessor["max"] == found[name].max(axis=0).tolist()
-    assert model["buffers"] == [{"byteLength": len(binary)}]
+        assert view["byteLength"] == found[name].nbytes
+    position = glb.top["accessors"][primitive["attributes"]["POSITION"]]
+    assert position["min"] == found["POSITION"].min(axis=0).tolist()
+    assert position["max"] == found["POSITION"].max(axis=0).tolist()
     return found
 
 
