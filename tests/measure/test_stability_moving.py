@@ -14,7 +14,6 @@ from brushgs.measure.stability.table import stability_table
 from brushgs.options.clip import ClipConfig
 from brushgs.options.experiments import StabilityConfig
 from brushgs.options.moment import Moment
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.moving import Moving
 from brushgs.rendering.motion import StrokeMotion, new_table
@@ -24,15 +23,12 @@ from brushgs.still_life.moving import still_life_moving
 from brushgs.values.moving import MovingScene
 from examples.benchmarks.painterly import painterly_painters
 from tests.kit.commands import run
+from tests.kit.configs import without_look
 from tests.scenes import still_life_of
 
 BRUSH = bg.StrokeTexture.open("dry_brush")
 WHITE = (1.0, 1.0, 1.0)
-PAINT = PaintConfig(
-    cluster=ClusterConfig(100),
-    draw=DrawConfig(stroke="dry_brush"),
-    view=ViewConfig(size=(80, 60), up=(0, -1, 0)),
-)
+PAINT = without_look("dry_brush", 100, (80, 60), view={"up": (0, -1, 0)})
 FEW = StabilityConfig(gaps=(1, 3), alone=1)
 
 

@@ -9,7 +9,7 @@ import brushgs as bg
 from brushgs.formats import read_scene
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.look_parts import BrushesConfig
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
+from brushgs.options.painting import ClusterConfig
 from brushgs.options.rules import Rule, Rules
 from brushgs.options.where import Where
 from brushgs.outlets.passes import cluster_file, prune_file
@@ -17,11 +17,11 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_file
 from tests.brushes.test_kit import FLATS, write_brushes
 from tests.kit.commands import stages
+from tests.kit.configs import BLIND, without_look
 
 
 def config(stroke="impasto", **steps):
-    steps = {"cluster": ClusterConfig(strokes=150), "view": ViewConfig(size=(96, 72))} | steps
-    return PaintConfig(draw=DrawConfig(stroke=stroke), strokes=StrokesConfig(see="off"), **steps)
+    return without_look(stroke, 150, (96, 72), strokes=BLIND, **steps)
 
 
 def test_strokes_take_their_brushes_and_one_stroke_paints_as_ever(scene, folder):

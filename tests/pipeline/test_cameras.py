@@ -10,6 +10,7 @@ from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
+from tests.cameras.test_first_view import assert_same
 from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
@@ -21,12 +22,6 @@ def cameras_of(views=None, **view):
     """The cameras of a painting, without painting it."""
     config = PaintConfig(view=ViewConfig(size=(96, 64), **view))
     return prepare(PEARS, config, Report(), views=views, asks=["cameras"]).cameras
-
-
-def assert_same(one, other):
-    np.testing.assert_array_equal(one.viewmat, other.viewmat)
-    np.testing.assert_array_equal(one.K, other.K)
-    assert (one.width, one.height, one.near) == (other.width, other.height, other.near)
 
 
 @for_each(

@@ -7,19 +7,13 @@ import pytest
 
 import brushgs as bg
 from brushgs.formats.scenes.write import write_scene
-from brushgs.options.painting import (
-    CleanConfig,
-    ClusterConfig,
-    DrawConfig,
-    PaintConfig,
-    ViewConfig,
-)
 from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint
 from tests.doctor.scenes import ball
 from tests.kit.commands import stages
+from tests.kit.configs import changed, without_look
 from tests.kit.for_each import for_each
 from tests.passes.reduce.test_floaters import blobs, joined
 
@@ -30,8 +24,8 @@ OPAQUE = replace(
 ASIDE = replace(OPAQUE, means=OPAQUE.means + np.float32([9, 0, 0]))
 TWO = joined(OPAQUE, ASIDE)
 CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=96, height=72)  # sees one of the two
-PAINT = PaintConfig(cluster=ClusterConfig(200), draw=DrawConfig("flat"), view=ViewConfig(size=(96, 72)))
-FOR_VIEW = replace(PAINT, cluster=ClusterConfig(200, strokes_for="view"))
+PAINT = without_look("flat", 200, (96, 72))
+FOR_VIEW = changed(PAINT, cluster={"strokes_for": "view"})
 
 
 def stage(report, name):
@@ -41,7 +35,7 @@ def stage(report, name):
 @for_each(("floaters", "dropped"), [("off", 0), ("sure", 2)])
 def test_floaters_are_dropped_before_the_view_is_framed(floaters, dropped):
     report = Report()
-    config = replace(PAINT, clean=CleanConfig(floaters))
+    config = changed(PAINT, clean={"floaters": floaters})
     prepared = prepare(DIRTY, config, report, asks=(*PICTURE, "scene"))
     assert len(DIRTY) - len(prepared.whole_scene) == dropped
     assert stage(report, "clean").counts["after"] == len(DIRTY) - dropped
@@ -52,7 +46,7 @@ def test_floaters_are_dropped_before_the_view_is_framed(floaters, dropped):
 
 def test_strokes_are_not_searched_for_floaters(tmp_path):
     write_scene(DIRTY, tmp_path / "strokes.ply", is_strokes=True)
-    report, whole = Report(), replace(PAINT, cluster=ClusterConfig(None))
+    report, whole = Report(), changed(PAINT, cluster={"strokes": None})
     assert len(prepare(tmp_path / "strokes.ply", whole, report).strokes) == len(DIRTY)
     assert "they are strokes already" in stage(report, "clean").skipped[0]
 

@@ -9,29 +9,19 @@ import pytest
 import brushgs as bg
 from brushgs.cli import main
 from brushgs.formats.pictures.images import read_image
-from brushgs.options.painting import (
-    CleanConfig,
-    ClusterConfig,
-    DrawConfig,
-    PaintConfig,
-    StrokesConfig,
-    ViewConfig,
-)
+from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.outlets.passes import cluster_file
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_file
 from brushgs.values.gaussians import Gaussians
+from tests.kit.commands import stages
+from tests.kit.configs import BLIND, changed, without_look
 from tests.passes.reduce.test_crumbs import block, smears
 from tests.scenes import save_upright
 
-CONFIG = PaintConfig(
-    cluster=ClusterConfig(strokes=200),
-    draw=DrawConfig(stroke="ellipse", threads=1),
-    view=ViewConfig(size="auto"),
-    strokes=StrokesConfig(see="off"),
-)
+CONFIG = changed(without_look("ellipse", 200, "auto", strokes=BLIND), draw={"threads": 1})
 
 
 @pytest.fixture(scope="module")
@@ -45,27 +35,16 @@ def statue(tmp_path_factory):
     return path
 
 
-def stages(report):
-    return {stage.name: stage for stage in report.stages}
-
-
 def test_a_composed_still_is_given_again_by_its_flags_and_by_its_strokes(statue, tmp_path):
     report = paint_file(statue, tmp_path / "a.png", CONFIG)
     camera = stages(report)["camera"]
     assert camera.did.startswith("composed as a portrait: --size 784x1176 --up -y")
     assert camera.counts["is_composed"]
     assert read_image(tmp_path / "a.png").shape[:2] == (1176, 784)
-    words = [
-        "--look=plain",
-        "--strokes=200",
-        "--stroke=ellipse",
-        "--see=off",
-        "--threads=1",
-        "--quiet",
-        "--no-metadata",
-    ]
+    words = ["--look=plain", "--strokes=200", "--stroke=ellipse", "--see=off", "--threads=1", "--quiet"]
+    words += ["--no-metadata", "-o", str(tmp_path / "b.png")]
     for view in (camera.counts["flags"].split(), [], ["--size", "auto"]):
-        assert main(["render", str(statue), "-o", str(tmp_path / "b.png"), *words, *view]) == 0
+        assert main(["render", str(statue), *words, *view]) == 0
         assert (tmp_path / "b.png").read_bytes() == (tmp_path / "a.png").read_bytes()
     strokes = tmp_path / "strokes.ply"
     cluster_file(statue, strokes, replace(CONFIG, view=ViewConfig()), Report())
@@ -77,7 +56,7 @@ def test_a_composed_still_is_given_again_by_its_flags_and_by_its_strokes(statue,
 def test_crumbs_are_dropped_as_clean_says(statue):
     def dropped(floaters):
         report = Report()
-        prepare(statue, replace(CONFIG, clean=CleanConfig(floaters)), report, asks=["scene"])
+        prepare(statue, changed(CONFIG, clean={"floaters": floaters}), report, asks=["scene"])
         return stages(report).get("crumbs")
 
     found = dropped("sure")
@@ -97,5 +76,5 @@ def test_films_and_given_cameras_keep_their_sizes(statue, tmp_path):
     entry = {"id": 0, "width": 50, "height": 20, "position": [0, -1.5, -6], "rotation": np.eye(3).tolist()}
     path = tmp_path / "cameras.json"
     path.write_text(json.dumps([entry | {"fx": 40.0, "fy": 40.0}]))
-    of_file = replace(CONFIG, view=ViewConfig(size="auto", camera_file=path))
+    of_file = changed(CONFIG, view={"camera_file": path})
     assert prepare(statue, of_file, Report(), asks=["cameras"]).camera.width == 50

@@ -10,17 +10,14 @@ import brushgs as bg
 from brushgs.cli import main
 from brushgs.formats import read_scene
 from brushgs.formats.pictures.images import read_image
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
+from brushgs.options.painting import PaintConfig
 from brushgs.outlets.export_strokes import export_strokes
 from brushgs.pipeline.still import paint_file
+from tests.kit.configs import BLIND, changed, without_look
 from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
-SMALL = ViewConfig(size=(64, 36))
-BLIND = StrokesConfig(see="off")  # formats are the matter here, and strokes that see take their time
-FLAT = PaintConfig(
-    draw=DrawConfig(stroke="flat"), cluster=ClusterConfig(strokes=150), strokes=BLIND, view=SMALL
-)
+FLAT = without_look("flat", 150, (64, 36), strokes=BLIND)  # formats are the matter here
 
 
 @pytest.fixture(scope="module")
@@ -53,14 +50,14 @@ def test_strokes_of_every_format_are_painted_as_those_of_a_ply(
         gaussians, notes = read_scene(path)
         assert (len(gaussians), notes.is_strokes, notes.scene) == (150, True, "life")
         assert notes.first_view is not None
-        found.append(picture(path, PaintConfig(draw=FLAT.draw, view=SMALL), tmp_path))
+        found.append(picture(path, PaintConfig(draw=FLAT.draw, view=FLAT.view), tmp_path))
     assert np.abs(found[0] - found[1]).mean() < 1.0
 
 
 @pytest.mark.filterwarnings("ignore:.*a .splat file does not hold")
 @for_each("suffix", [".ply", ".splat", ".sog"])
 def test_the_gaussian_stroke_is_a_change_of_format(scene: Path, tmp_path: Path, suffix: str) -> None:
-    config = PaintConfig(draw=DrawConfig(stroke="gaussian"), strokes=BLIND)
+    config = changed(PaintConfig(), draw={"stroke": "gaussian"}, strokes=BLIND)
     report = export_strokes(scene, tmp_path / f"a{suffix}", config)
     found, notes = read_scene(tmp_path / f"a{suffix}")
     assert len(found) == len(bg.load(scene))

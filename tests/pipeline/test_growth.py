@@ -9,6 +9,7 @@ import pytest
 
 from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
+from brushgs.measure.likeness import psnr
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
@@ -36,10 +37,6 @@ def seen(painting, prepared):
     """A picture of a painting, 0 to 1, on white where there is no ground."""
     background = (1, 1, 1) if prepared.background is None else prepared.background
     return painting.with_depth(False).frame(prepared.camera).over(background)
-
-
-def psnr(picture, finished):
-    return -10 * np.log10(max(float(np.mean((picture - finished) ** 2)), 1e-12))
 
 
 @for_each("look", LOOKS)

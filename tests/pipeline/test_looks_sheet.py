@@ -11,18 +11,11 @@ from brushgs.options.painting import ViewConfig
 from brushgs.outlets import looks_sheet
 from brushgs.outlets.looks_sheet import CAPTION, GAP, paint_looks
 from brushgs.pipeline.still import paint_file
-from tests.scenes import save_upright, still_life_of
+from tests.scenes import still_life_of
 
 SIZE = 96, 72
 COLUMNS = 2
 NAMES = ("mine", "dots", "flat")
-
-
-@pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    path = tmp_path_factory.mktemp("scene") / "pears.ply"
-    save_upright(still_life_of(2000), path)
-    return path
 
 
 @pytest.fixture(scope="module")

@@ -10,14 +10,7 @@ import brushgs as bg
 from brushgs.cameras.around import NEAR, RING, near_views, ring_views, subject_ahead
 from brushgs.options.direction import Direction
 from brushgs.options.focus import Focus
-from brushgs.options.painting import (
-    ClusterConfig,
-    DrawConfig,
-    PaintConfig,
-    PaletteConfig,
-    StrokesConfig,
-    ViewConfig,
-)
+from brushgs.options.painting import ClusterConfig, PaletteConfig, StrokesConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.options.stroke_target import ErrorBudget, StrokeSize
 from brushgs.passes.color.broken_color import break_colors
@@ -30,12 +23,13 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint, paint_view
 from brushgs.rendering.plain import plain_views
 from tests.kit.commands import save_opaque, stages
+from tests.kit.configs import changed, without_look
 from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same
 from tests.scenes import still_life_of
 
 COUNT = 80
-PAINT = PaintConfig(cluster=ClusterConfig(COUNT), draw=DrawConfig("flat"), view=ViewConfig(size=(64, 36)))
+PAINT = without_look("flat", COUNT, (64, 36))
 
 
 def strokes_of(source, config=PAINT, **options):
@@ -101,7 +95,7 @@ def test_views_are_those_near_the_picture_and_a_ring_unless_all_is_for_the_view(
 
 
 def test_strokes_do_not_depend_on_the_size_of_the_picture_nor_on_what_else_is_written(scene, seeing):
-    sized = replace(PAINT, view=ViewConfig(size=(128, 72)))
+    sized = changed(PAINT, view={"size": (128, 72)})
     assert_same(strokes_of(scene, sized, asks=(*PICTURE, "first_view"))[0].strokes, seeing.strokes)
     counted, found = strokes_of(scene, replace(PAINT, cluster=ClusterConfig("auto")))
     count = found["count"].counts["strokes"]

@@ -10,12 +10,13 @@ import pytest
 import brushgs as bg
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.look_parts import BrushesConfig
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
+from brushgs.options.painting import DrawConfig
 from brushgs.pipeline.moments import check_moments, write_strokes
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from tests.clips import clip_of, save_clip
 from tests.kit.commands import names, refused, run
+from tests.kit.configs import BLIND, without_look
 from tests.kit.for_each import for_each
 
 COLUMNS = ("means", "scales", "opacities", "sh")
@@ -38,12 +39,7 @@ def strokes(clip, folder, capsys):
     return Path("dance-strokes")
 
 
-PAINT = PaintConfig(
-    cluster=ClusterConfig(60),
-    draw=DrawConfig("flat"),
-    view=ViewConfig(size=(96, 72)),
-    strokes=StrokesConfig(see="off"),
-)
+PAINT = without_look("flat", 60, (96, 72), strokes=BLIND)
 
 
 def test_a_folder_of_moments_is_a_clip_of_these_strokes(strokes):

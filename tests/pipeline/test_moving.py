@@ -10,7 +10,7 @@ import brushgs as bg
 from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.clip import ClipConfig
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
+from brushgs.options.painting import StrokesConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.media.materials import BACKDROP
@@ -22,18 +22,13 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.moving import MovingScene
 from tests.kit.commands import stages
-from tests.kit.configs import blind
+from tests.kit.configs import BLIND, blind, changed, without_look
 from tests.kit.for_each import for_each
 from tests.passes.scenes import gaussians_at
 
 SECONDS, STEP = 0.5, 1.2  # of the scene, and how far the ball goes, world units
 CAMERA = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=64, height=48, near=0.1)
-CONFIG = PaintConfig(
-    cluster=ClusterConfig(strokes=60),
-    draw=DrawConfig(stroke="flat", background="black"),
-    strokes=StrokesConfig(see="off"),
-    view=ViewConfig(size=(64, 48)),
-)
+CONFIG = changed(without_look("flat", 60, (64, 48), strokes=BLIND), draw={"background": "black"})
 SEEING = replace(CONFIG, strokes=StrokesConfig())
 WALL, BALL = 400, 150
 
@@ -128,7 +123,7 @@ def test_frames_of_another_film_are_not_resumed(scene, clip, message, tmp_path):
 
 
 def test_there_and_back_is_a_loop_that_repeats_pictures_and_a_fading_one_has_no_jump(tmp_path):
-    config = replace(CONFIG, draw=replace(CONFIG.draw, lock="anchor"))
+    config = changed(CONFIG, draw={"lock": "anchor"})
     paint(tmp_path / "there" / "%02d.png", clip=ClipConfig(fps=12, loop=True), config=config)
     pictures = frames_of(tmp_path / "there")
     assert len(pictures) == 12

@@ -8,20 +8,20 @@ import pytest
 import brushgs as bg
 from brushgs.options.clip import ClipConfig
 from brushgs.options.moment import Moment
-from brushgs.options.painting import ClusterConfig, PaintConfig, PruneConfig, ViewConfig
+from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.values.moving import MovingScene
+from tests.kit.configs import changed
 from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 from tests.scenes import still_life_of
 
 SECONDS, NUM_MOMENTS = 1.0, 9
 SIZE = 1.0  # of the body, world units
-CONFIG = PaintConfig(
-    prune=PruneConfig(keep=1.0), cluster=ClusterConfig(20), view=ViewConfig(size=(96, 72), up="-y")
-)
+SIZED = {"size": (96, 72), "up": "-y"}
+CONFIG = changed(PaintConfig(), prune={"keep": 1.0}, cluster={"strokes": 20}, view=SIZED)
 
 
 CENTER = np.array([4.0, -1.0, 2.0])  # far from the origin, where cameras of captures stand

@@ -17,16 +17,7 @@ from brushgs.measure.bench.run import report_bench
 from brushgs.measure.bench.subject import Subject
 from brushgs.measure.stability.run import report_stability
 from brushgs.options.experiments import BenchConfig, RefineConfig, StabilityConfig
-from brushgs.options.painting import (
-    CleanConfig,
-    ClusterConfig,
-    DrawConfig,
-    PaintConfig,
-    PaletteConfig,
-    PruneConfig,
-    StrokesConfig,
-    ViewConfig,
-)
+from brushgs.options.painting import ClusterConfig, PaletteConfig, StrokesConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.options.sequence import PathConfig
 from brushgs.outlets.page.export import export_file
@@ -37,13 +28,13 @@ from brushgs.pipeline.steps import making, opening
 from brushgs.pipeline.still import paint_file
 from brushgs.pipeline.strokes import open_palette
 from tests.kit.commands import save_opaque, stages
+from tests.kit.configs import changed, without_look
 from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same
 from tests.scenes import still_life_of
 
-SMALL = ViewConfig(size=(48, 36))
 COUNT = 60
-PAINT = PaintConfig(cluster=ClusterConfig(COUNT), draw=DrawConfig("flat"), view=SMALL)
+PAINT = without_look("flat", COUNT, (48, 36))
 BARE = replace(PAINT, strokes=StrokesConfig.off())  # clusters, and nothing done to them
 
 
@@ -127,7 +118,7 @@ def test_all_commands_make_the_same_strokes(files, tmp_path, command):
         (scene, PAINT, prepare(scene, PAINT, Report(), views=views).strokes),
     ]
     if command is render:
-        few = replace(BARE, prune=PruneConfig(keep=0.4))
+        few = changed(BARE, prune={"keep": 0.4})
         cases += [
             (scene, BARE, clusters),
             (scene, few, bg.cluster(bg.prune(loaded, 0.4), COUNT)),
@@ -171,14 +162,14 @@ def test_the_scene_is_freed_after_pruning_unless_it_is_kept(scene, keeps_scene):
 
 def test_only_what_is_needed_is_opened(scene, folder):
     Path("broken.png").write_text("no picture")
-    broken = replace(BARE, draw=DrawConfig("flat", background="broken.png"))
+    broken = changed(BARE, draw={"background": "broken.png"})
     assert prepare(scene, broken, Report(), asks=["strokes", "cameras"]).background is None
     report = Report()
     with pytest.raises(bg.SceneError, match=r"broken\.png"):
         prepare(scene, broken, report)
     assert "prune" not in stages(report)  # before the long work
     report = Report()
-    unclean = replace(BARE, clean=CleanConfig("off"))  # what hangs below an object is found in a first view
+    unclean = changed(BARE, clean={"floaters": "off"})  # what hangs below an object is found in a first view
     prepared = prepare(scene, unclean, report, asks=["strokes"])
     assert (prepared.cameras, prepared.background) == ((), None)
     assert list(stages(report)) == ["stroke", "load", "clean", "prune", "cluster"]
@@ -196,7 +187,7 @@ def test_a_path_is_checked_before_the_long_work_and_one_picture_cannot_be_tracke
     with pytest.raises(ValueError, match="not this path"):
         prepare(scene, PAINT, report, views=PathConfig(orbit=5), check_path=refuse)
     assert list(stages(report)) == ["stroke", "load", "clean", "first view", "path"]
-    tracked = replace(PAINT, draw=DrawConfig("flat", lock="track"))
+    tracked = changed(PAINT, draw={"lock": "track"})
     with pytest.raises(ValueError, match="only a path can be tracked"):
         prepare(scene, tracked, Report())
 
@@ -212,7 +203,7 @@ def test_a_path_is_checked_before_the_long_work_and_one_picture_cannot_be_tracke
 )
 def test_options_are_those_of_a_still_or_of_a_path(scene, stroke, along_path, lock, order):
     views = PathConfig(orbit=3) if along_path else None
-    prepared = prepare(scene, replace(BARE, draw=DrawConfig(stroke)), Report(), views=views)
+    prepared = prepare(scene, changed(BARE, draw={"stroke": stroke}), Report(), views=views)
     assert (prepared.options.lock, prepared.options.order) == (lock, order)
     assert [coat.fields is not None for coat in prepared.painting.coats] == [lock == "canonical"]
     assert (prepared.path is not None) is along_path

@@ -4,9 +4,9 @@ import pytest
 
 from brushgs.measure.stability import report_stability
 from brushgs.options.experiments import StabilityConfig
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
 from examples.benchmarks.strokes import COUNTS, Scene, measure
+from tests.kit.configs import without_look
 from tests.scenes import real_scene
 
 SIZE = 400, 300
@@ -32,11 +32,7 @@ def test_strokes_that_see_are_nearer_to_the_scene_also_where_nothing_looked():
 
 # RMSE of 255: a third of that of a painterly filter on each frame alone.
 def test_along_an_orbit_strokes_that_see_hold_still(tmp_path):
-    paint = PaintConfig(
-        cluster=ClusterConfig(2000),
-        draw=DrawConfig(stroke="dry_brush"),
-        view=ViewConfig(size=(320, 180), up=(0, -1, 0)),
-    )
+    paint = without_look("dry_brush", 2000, (320, 180), view={"up": (0, -1, 0)})
     config = StabilityConfig(gaps=(1,), pairs=6, alone=0)
     path = PathConfig(orbit=240)
     report = report_stability(real_scene("koala.ply"), tmp_path / "a.json", paint, path, config)

@@ -11,14 +11,6 @@ from brushgs.formats.pictures.images import read_image
 from brushgs.formats.styles import write_style
 from brushgs.options.clip import ClipConfig
 from brushgs.options.direction import Direction
-from brushgs.options.painting import (
-    ClusterConfig,
-    DrawConfig,
-    PaintConfig,
-    PruneConfig,
-    StrokesConfig,
-    ViewConfig,
-)
 from brushgs.options.rules import Rule, Rules
 from brushgs.options.sequence import SequenceConfig
 from brushgs.options.styling import AdjustConfig, StyleConfig
@@ -33,6 +25,7 @@ from brushgs.still_life import still_life_camera
 from brushgs.values.sh import base_colors
 from brushgs.values.style import Style
 from tests.kit.commands import save_opaque, stages
+from tests.kit.configs import BLIND, changed, without_look
 from tests.kit.for_each import for_each
 from tests.passes.scenes import assert_same
 from tests.pipeline.test_moving import CAMERA, CONFIG, STEP, moving_scene, red_center
@@ -40,13 +33,7 @@ from tests.scenes import still_life_of
 
 SCENE = still_life_of(1000)
 VIEW = still_life_camera(width=96, height=72)
-PAINT = PaintConfig(
-    prune=PruneConfig(keep=1.0),
-    cluster=ClusterConfig(200),
-    draw=DrawConfig("flat"),
-    strokes=StrokesConfig(see="off"),
-    view=ViewConfig(size=(96, 72)),
-)
+PAINT = without_look("flat", 200, (96, 72), prune={"keep": 1.0}, strokes=BLIND)
 LEFT, RIGHT = "half:-1,0,0,0", "half:1,0,0,0"
 
 
@@ -113,7 +100,7 @@ def test_a_scene_without_any_part_is_refused():
 
 
 def test_a_part_has_a_palette_a_style_and_adjustments_of_its_own(orange, tmp_path):
-    unbroken = replace(PAINT, strokes=StrokesConfig(see="off", broken_color=0.0))
+    unbroken = changed(PAINT, strokes={"broken_color": 0.0})
 
     def strokes_of(*rules):
         return painted(with_rules(*rules, paint=unbroken)).strokes

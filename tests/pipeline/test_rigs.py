@@ -1,15 +1,12 @@
 """Spheres and stereo pictures from scene files: cameras, notes, films."""
 
-from dataclasses import replace
-
 import numpy as np
 import OpenImageIO
 import pytest
 
 import brushgs as bg
 from brushgs.cameras.framing import plain_first_view
-from brushgs.options.output import OutputConfig
-from brushgs.options.painting import ClusterConfig, PaintConfig, StrokesConfig, ViewConfig
+from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.options.projection import ProjectionConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.pipeline.prepare import prepare
@@ -18,6 +15,7 @@ from brushgs.pipeline.rigs import leveled, open_rig
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.still import paint_file
 from tests.kit.commands import stages
+from tests.kit.configs import BLIND, changed
 from tests.passes.scenes import gaussians_at
 from tests.scenes import still_life_of
 
@@ -43,8 +41,8 @@ def test_a_subject_fills_some_90_degrees_of_a_sphere():
     directions = np.random.default_rng(0).normal(size=(400, 3))
     means = directions / np.linalg.norm(directions, axis=1, keepdims=True)
     ball = gaussians_at(means, 0.1, opacity=1, dtype=np.float32)
-    view = ViewConfig(size=(64, 32), up=(0, -1, 0))
-    config = PaintConfig(cluster=ClusterConfig(60), view=view, projection=SPHERE)
+    sized = {"size": (64, 32), "up": (0, -1, 0)}
+    config = changed(PaintConfig(), cluster={"strokes": 60}, view=sized, projection=SPHERE)
     distance = np.linalg.norm(prepare(ball, config, Report()).camera.position)
     assert 55 < np.degrees(2 * np.arcsin(1 / distance)) < 100
 
@@ -67,16 +65,12 @@ def test_the_eyes_are_a_thirtieth_of_the_distance_apart_and_a_note_says_so():
     assert len(notes) == 2
 
 
-FEW = {"cluster": ClusterConfig(strokes=150), "strokes": StrokesConfig.of(see="off")}
+FEW = changed(PaintConfig(), cluster={"strokes": 150}, strokes=BLIND)
 
 
 def test_a_sphere_is_painted_to_a_file_with_layers(scene, folder):
-    config = PaintConfig(
-        **FEW,
-        view=ViewConfig(size=(64, 32)),
-        projection=SPHERE,
-        output=OutputConfig(layers=("depth", "normal", "unlit")),
-    )
+    layers = {"layers": ("depth", "normal", "unlit")}
+    config = changed(FEW, view={"size": (64, 32)}, projection=SPHERE, output=layers)
     paint_file(scene, "a.exr", config)
     spec = OpenImageIO.ImageInput.open("a.exr").spec()
     assert (spec.width, spec.height) == (64, 32)
@@ -86,7 +80,7 @@ def test_a_sphere_is_painted_to_a_file_with_layers(scene, folder):
 
 
 def test_frames_of_a_sphere_do_not_depend_on_processes_and_are_resumed(scene, folder):
-    config = PaintConfig(**FEW, view=ViewConfig(size=(48, 24)), projection=SPHERE)
+    config = changed(FEW, view={"size": (48, 24)}, projection=SPHERE)
     path, files = PathConfig(orbit=3), {}
     for name, jobs in (("alone", 1), ("parted", 2)):
         report = paint_sequence(scene, f"{name}/", path, config, SequenceConfig(jobs=jobs))
@@ -98,14 +92,14 @@ def test_frames_of_a_sphere_do_not_depend_on_processes_and_are_resumed(scene, fo
     (folder / "parted/00001.png").unlink()
     paint_sequence(scene, "parted/", path, config, SequenceConfig(is_resumed=True))
     assert (folder / "parted/00001.png").read_bytes() == files["alone"][1]
-    other = replace(config, view=ViewConfig(size=(48, 48)), projection=ProjectionConfig(stereo="vr180"))
+    other = changed(FEW, view={"size": (48, 48)}, projection=ProjectionConfig(stereo="vr180"))
     with pytest.raises(bg.SceneError, match="another painting"):
         paint_sequence(scene, "parted/", path, other, SequenceConfig(is_resumed=True))
 
 
 @pytest.mark.filterwarnings("ignore")
 def test_a_film_of_two_eyes_is_tracked_once_for_both(scene, folder):
-    config = PaintConfig(**FEW, view=ViewConfig(size=(48, 32)), projection=ProjectionConfig(stereo="side"))
+    config = changed(FEW, view={"size": (48, 32)}, projection=ProjectionConfig(stereo="side"))
     found = stages(paint_sequence(scene, "a.mp4", PathConfig(orbit=3), config))
     assert found["track"].counts["lock"] == "track"
     assert found["track"].counts["strokes"] > 0

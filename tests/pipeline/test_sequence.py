@@ -5,7 +5,6 @@ from itertools import islice
 from pathlib import Path
 from unittest.mock import patch
 
-import av
 import numpy as np
 import pytest
 
@@ -14,15 +13,7 @@ from brushgs.cameras.paths import plan_path
 from brushgs.formats import read_scene
 from brushgs.formats.pictures.images import encode_frame, read_image
 from brushgs.formats.pictures.numbered import Manifest
-from brushgs.options.look_parts import ColorConfig, LightConfig
-from brushgs.options.painting import (
-    ClusterConfig,
-    DrawConfig,
-    PaintConfig,
-    PruneConfig,
-    StrokesConfig,
-    ViewConfig,
-)
+from brushgs.options.painting import StrokesConfig, ViewConfig
 from brushgs.options.rules import Rule, Rules
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.options.where import Where, WhereConfig
@@ -36,7 +27,9 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
 from brushgs.values.shot import Shot
+from tests.io.test_video import psnr, read
 from tests.kit.commands import names, stages
+from tests.kit.configs import changed, without_look
 from tests.kit.for_each import for_each
 
 NUM_FRAMES = 6
@@ -44,6 +37,7 @@ FLAT = bg.StrokeTexture.open("flat")
 MOVING = RenderOptions.of(FLAT, order="soft")
 ORBIT = PathConfig(orbit=NUM_FRAMES, fps=12)
 VIEW = ViewConfig(size=(48, 36))
+OTHERS = {"strokes": 0.5, "seed": 1}
 MANIFEST = ".%05d.png.json"
 LEFT = Where.parse("half:-1,0,0,0")
 FILES = [f"{index:05}.png" for index in range(NUM_FRAMES)]
@@ -51,13 +45,8 @@ FILES = [f"{index:05}.png" for index in range(NUM_FRAMES)]
 
 def config(**draw):
     """Bare clusters, which are made and drawn in few steps; `seen` has all of them."""
-    options = {"stroke": "flat", "underpaint": False, "streaks": 0.0} | draw
-    return PaintConfig(
-        cluster=ClusterConfig(strokes=150),
-        draw=DrawConfig(**options),
-        view=VIEW,
-        strokes=StrokesConfig.off(),
-    )
+    bare = without_look("flat", 150, VIEW.size, strokes=StrokesConfig.off())
+    return changed(bare, draw={"underpaint": False, "streaks": 0.0} | draw)
 
 
 def paint(scene, output="f/", path=ORBIT, paint_config=None, **sequence):
@@ -74,19 +63,6 @@ def contents(folder):
 
 def stage(report, name):
     return stages(report)[name]
-
-
-def decoded(path):
-    """Frames of a video as RGB."""
-    with av.open(str(path)) as container:
-        frames = list(container.decode(video=0))
-        rate = container.streams.video[0].average_rate
-    matrix = {} if path.suffix == ".gif" else {"src_colorspace": "ITU709", "dst_colorspace": "ITU709"}
-    return [frame.reformat(format="rgb24", **matrix).to_ndarray() for frame in frames], rate
-
-
-def psnr(actual, expected):
-    return 10 * np.log10(255**2 / np.mean((actual.astype(float) - expected) ** 2))
 
 
 # ---- frames
@@ -187,7 +163,7 @@ def test_frames_of_a_longer_sequence_that_follow_are_told(scene, folder):
 def test_a_video_shows_the_frames(scene, folder, name, least):
     report = paint(scene, name)
     paint(scene, "f/")
-    frames, rate = decoded(Path(name))
+    frames, _, rate = read(Path(name))
     assert (len(frames), frames[0].shape) == (NUM_FRAMES, (36, 48, 3))
     assert rate == pytest.approx(12, abs=0.5)  # a GIF rounds to hundredths of a second
     worst = min(psnr(frame, 255 * read_image(f"f/{file}")) for frame, file in zip(frames, FILES, strict=True))
@@ -197,9 +173,9 @@ def test_a_video_shows_the_frames(scene, folder, name, least):
 
 
 def test_odd_sides_of_an_mp4_are_made_even_and_told(scene, folder):
-    odd = replace(config(), view=ViewConfig(size=(47, 35)))
+    odd = changed(config(), view={"size": (47, 35)})
     report = paint(scene, "a.mp4", PathConfig(orbit=3), odd)
-    assert decoded(Path("a.mp4"))[0][0].shape == (36, 48, 3)
+    assert read(Path("a.mp4"))[0][0].shape == (36, 48, 3)
     assert "48x36: the last row or column is doubled" in stage(report, "write").did
     assert "doubled" not in stage(paint(scene, "a.webm", PathConfig(orbit=3), odd), "write").did
 
@@ -237,20 +213,17 @@ def frames_there(scene, tmp_path_factory):
     ("change", "difference"),
     [
         ({"paint_config": config(stroke="ink")}, "stroke flat, now ink"),
-        ({"paint_config": replace(config(), light=LightConfig(relief=0.5))}, "light plain, now relief 0.5"),
-        ({"paint_config": replace(config(), color=ColorConfig(chroma=1.5))}, "color plain, now chroma 1.5"),
+        ({"paint_config": changed(config(), light={"relief": 0.5})}, "light plain, now relief 0.5"),
+        ({"paint_config": changed(config(), color={"chroma": 1.5})}, "color plain, now chroma 1.5"),
         ({"paint_config": replace(config(), rules=Rules((Rule(LEFT),)))}, ".*rules.*"),
         ({"paint_config": replace(config(), painted=WhereConfig(LEFT))}, "where .*, now half:-1,0,0,0.*"),
         ({"paint_config": config(lock="off")}, "lock track, now off"),
         ({"paint_config": config(order="depth")}, "order soft, now depth"),
         ({"paint_config": config(background="black")}, "background white, now black"),
-        ({"paint_config": replace(config(), prune=PruneConfig(keep=0.5))}, "keep 0.7, now 0.5"),
-        (
-            {"paint_config": replace(config(), cluster=ClusterConfig(strokes=0.5, seed=1))},
-            "strokes 150, now 0.5; seed 0, now 1",
-        ),
-        ({"paint_config": replace(config(), view=ViewConfig(size=(36, 48)))}, "another path"),
-        ({"paint_config": replace(config(), view=replace(VIEW, azimuth=1.0))}, "another path"),
+        ({"paint_config": changed(config(), prune={"keep": 0.5})}, "keep 0.7, now 0.5"),
+        ({"paint_config": changed(config(), cluster=OTHERS)}, "strokes 150, now 0.5; seed 0, now 1"),
+        ({"paint_config": changed(config(), view={"size": (36, 48)})}, "another path"),
+        ({"paint_config": changed(config(), view={"azimuth": 1.0})}, "another path"),
         ({"path": PathConfig(orbit=7)}, "frames 6, now 7; another path"),
     ],
 )

@@ -9,14 +9,7 @@ from PIL import Image
 import brushgs as bg
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.registry import PICTURE_SUFFIXES
-from brushgs.options.painting import (
-    ClusterConfig,
-    DrawConfig,
-    PaintConfig,
-    PruneConfig,
-    StrokesConfig,
-    ViewConfig,
-)
+from brushgs.options.painting import ClusterConfig, DrawConfig, ViewConfig
 from brushgs.pipeline import outputs
 from brushgs.pipeline.outputs import check_output
 from brushgs.pipeline.report import Report
@@ -24,10 +17,9 @@ from brushgs.pipeline.still import paint, paint_file
 from brushgs.pipeline.views import choose_camera, choose_first_view
 from brushgs.values.notes import LoadNotes
 from tests.kit.commands import save_opaque, stages
+from tests.kit.configs import without_look
 from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
-
-SMALL = ViewConfig(size=(64, 48))
 
 
 @pytest.fixture(scope="module")
@@ -37,8 +29,7 @@ def gaussians():
 
 def config(stroke="ellipse", strokes=200, see="off", **steps):
     """A small painting; strokes see only where a test is about that, for it takes most of the time."""
-    steps = {"draw": DrawConfig(stroke=stroke), "view": SMALL} | steps
-    return PaintConfig(cluster=ClusterConfig(strokes=strokes), strokes=StrokesConfig(see=see), **steps)
+    return without_look(stroke, strokes, (64, 48), strokes={"see": see}, **steps)
 
 
 def stage(report, name):
@@ -47,15 +38,14 @@ def stage(report, name):
 
 def test_a_painting_repeats_to_the_byte_for_any_number_of_threads(scene, tmp_path):
     for name, threads in (("a", 1), ("b", 3)):
-        draw = DrawConfig(stroke="swirl", threads=threads)
-        paint_file(scene, tmp_path / f"{name}.png", config(draw=draw, see="views"))
+        paint_file(scene, tmp_path / f"{name}.png", config("swirl", draw={"threads": threads}, see="views"))
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
 def test_what_a_scene_does_not_need_is_left_out_and_said(gaussians, tmp_path):
     sh = np.concatenate([gaussians.sh[:, :4], 0 * gaussians.sh[:, 4:]], axis=1)
     bg.save(replace(gaussians, sh=sh), tmp_path / "flat.ply")
-    whole = config("gaussian", strokes=None, prune=PruneConfig(keep=1.0))
+    whole = config("gaussian", strokes=None, prune={"keep": 1.0})
     report = paint_file(tmp_path / "flat.ply", tmp_path / "a.png", whole)
     assert stage(report, "prune").skipped == ["pruning: keep = 1"]
     assert stage(report, "cluster").skipped == ["clustering: every Gaussian is a stroke"]
@@ -85,8 +75,8 @@ def test_transparent_keeps_alpha_and_a_color_or_a_picture_fills_it(scene, folder
     save_opaque("ground.png", ground)
     pixels = {}
     for ground in ("transparent", "#102030", "ground.png"):
-        draw = DrawConfig(stroke="ellipse", background=ground)
-        paint_file(scene, "a.png", config(view=ViewConfig(size=(40, 40), zoom=0.05), draw=draw))
+        view = {"size": (40, 40), "zoom": 0.05}
+        paint_file(scene, "a.png", config(view=view, draw={"background": ground}))
         pixels[ground] = read_image("a.png")
     assert pixels["transparent"][0, 0, 3] == 0
     np.testing.assert_allclose(pixels["#102030"][0, 0] * 255, (16, 32, 48), atol=1e-3)
@@ -127,18 +117,14 @@ def test_the_first_view_says_which_way_is_up_and_why(gaussians):
     ("opacity", "zoom", "why"),
     [
         (0.0031, 1.0, "all opacities are under 1/255, the largest 0.003"),
-        (
-            0.005,
-            0.05,
-            r"nearly blank: strokes cover 0.[0-9]+% of it, since they are faint: their mean",
-        ),
+        (0.005, 0.05, r"nearly blank: strokes cover 0.[0-9]+% of it, since they are faint: their mean"),
         (1.0, 0.005, "nearly blank: .* since few or small ones lie in view; take a larger --zoom or"),
     ],
 )
 def test_a_nearly_blank_picture_says_why(gaussians, opacity, zoom, why):
     opacities = np.full(len(gaussians), opacity, np.float32)
     with pytest.warns(bg.SceneWarning, match=why) as caught:
-        paint(replace(gaussians, opacities=opacities), config(strokes=None, view=replace(SMALL, zoom=zoom)))
+        paint(replace(gaussians, opacities=opacities), config(strokes=None, view={"zoom": zoom}))
     assert len(caught) == 1
 
 
@@ -185,7 +171,7 @@ def test_a_folder_that_refuses_is_found_before_the_work(tmp_path, monkeypatch):
 )
 def test_a_background_that_cannot_be_is_refused_before_the_work(folder, output, ground, sentence):
     with pytest.raises(ValueError, match=sentence):
-        paint_file("none.ply", output, config(draw=DrawConfig(background=ground)))
+        paint_file("none.ply", output, config(draw={"background": ground}))
 
 
 def test_a_view_that_sees_nothing_is_painted_with_a_warning(gaussians):

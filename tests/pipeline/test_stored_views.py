@@ -10,15 +10,7 @@ import brushgs as bg
 from brushgs.doctor.run import run_doctor
 from brushgs.formats import read_scene
 from brushgs.formats.scenes.write import write_scene
-from brushgs.options.painting import (
-    ClusterConfig,
-    DrawConfig,
-    PaintConfig,
-    PaletteConfig,
-    PruneConfig,
-    StrokesConfig,
-    ViewConfig,
-)
+from brushgs.options.painting import PaintConfig, PaletteConfig, PruneConfig, StrokesConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.outlets.passes import cluster_file, prune_file, recolor_file
 from brushgs.pipeline.prepare import prepare
@@ -26,19 +18,15 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Memory
 from brushgs.pipeline.views import choose_first_view
 from tests.kit.commands import save_opaque
+from tests.kit.configs import BLIND, changed, without_look
 from tests.scenes import real_scene, still_life_of
 
 VIEW = ViewConfig(size=(64, 48), azimuth=2.0, elevation=0.7, zoom=1.3)
 
 
 def cameras_of(path, view, views=None, memory=None):
-    paint = PaintConfig(
-        prune=PruneConfig(keep=1.0),
-        cluster=ClusterConfig(strokes=None),
-        strokes=StrokesConfig.off(),
-        view=view,
-        draw=DrawConfig("gaussian"),
-    )
+    off = StrokesConfig.off()
+    paint = without_look("gaussian", None, None, prune={"keep": 1.0}, strokes=off, view=view)
     return prepare(path, paint, Report(), views=views, asks=["cameras"], memory=memory).cameras
 
 
@@ -65,8 +53,7 @@ def scene(tmp_path):
 
 def clustered(path, target, strokes):
     """What a scene is clustered to, by the scene alone: how it is seen is no matter of how strokes see."""
-    blind = PaintConfig(cluster=ClusterConfig(strokes=strokes), strokes=StrokesConfig(see="off"))
-    cluster_file(path, target, blind, Report())
+    cluster_file(path, target, changed(PaintConfig(), cluster={"strokes": strokes}, strokes=BLIND), Report())
 
 
 def test_they_stay_so_from_pass_to_pass(scene, tmp_path):
@@ -74,7 +61,7 @@ def test_they_stay_so_from_pass_to_pass(scene, tmp_path):
     palette = tmp_path / "palette.png"
     save_opaque(palette, np.random.default_rng(0).random((8, 8, 3)))
     prune_file(scene, steps[0], PruneConfig(keep=0.2), Report())
-    cluster_file(steps[0], steps[1], PaintConfig(cluster=ClusterConfig(strokes=100)), Report())  # that see
+    cluster_file(steps[0], steps[1], changed(PaintConfig(), cluster={"strokes": 100}), Report())  # that see
     recolor_file(steps[1], steps[2], PaletteConfig(palette), Report())
     run_doctor(steps[2], steps[3], clean="strong")
     memory = Memory()

@@ -8,15 +8,6 @@ import pytest
 import brushgs as bg
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.styles import write_style
-from brushgs.options.look_parts import GroundConfig
-from brushgs.options.painting import (
-    ClusterConfig,
-    DrawConfig,
-    PaintConfig,
-    PruneConfig,
-    StrokesConfig,
-    ViewConfig,
-)
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.pipeline.color_changes import adjust_change
 from brushgs.pipeline.media.materials import BACKDROP
@@ -26,19 +17,17 @@ from brushgs.still_life import still_life_camera
 from brushgs.values.sh import base_colors
 from brushgs.values.style import Style, StyleEdit
 from tests.kit.commands import refused, run
+from tests.kit.configs import BLIND, changed, without_look
 from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
 SCENE = still_life_of(1000)
 SIZE = (96, 72)
 CAMERA = still_life_camera(width=SIZE[0], height=SIZE[1])
-PAINT = PaintConfig(
-    prune=PruneConfig(keep=1.0),
-    cluster=ClusterConfig(250),
-    draw=DrawConfig("flat", streaks=0.0),  # these come after a style, and are no map of it
-    strokes=StrokesConfig(see="off", broken_color=0.0),
-    view=ViewConfig(size=SIZE),
-    ground=GroundConfig("#7f6040", backdrop=60, backdrop_always=True),
+PAINT = changed(
+    without_look("flat", 250, SIZE, prune={"keep": 1.0}, strokes=BLIND | {"broken_color": 0.0}),
+    draw={"streaks": 0.0},  # these come after a style, and are no map of it
+    ground={"ground": "#7f6040", "backdrop": 60, "backdrop_always": True},
 )
 NEGATIVE = StyleEdit(np.column_stack([-np.eye(3), np.ones(3)]))
 DIMMED = StyleEdit(np.column_stack([0.5 * np.eye(3), np.zeros(3)]))

@@ -1,16 +1,14 @@
-import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs import cli
 from brushgs.cameras.framing import frame_scene, up_vector
 from brushgs.cli.configs import paint_config
 from brushgs.cli.parser import parse
 from brushgs.errors import SceneWarning
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, StrokesConfig, ViewConfig
+from brushgs.options.painting import ClusterConfig, StrokesConfig
 from brushgs.options.stroke_target import ErrorBudget, StrokeSize
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint
@@ -19,12 +17,13 @@ from brushgs.still_life import still_life_camera
 from brushgs.stroke_count.choose import FEWEST, choose_strokes, counts_to_sample
 from brushgs.stroke_count.search import SIZE_TRIES
 from brushgs.stroke_count.view_model import ViewModel
+from tests.kit.commands import refused, stages, stages_of
+from tests.kit.configs import BLIND, changed, without_look
 from tests.kit.for_each import for_each
 from tests.scenes import real_scene, still_life_of
 
 SWIRL = bg.StrokeTexture.open("swirl")
 KERNEL = bg.StrokeTexture.open("gaussian")
-SMALL = ViewConfig(size=(160, 90))
 
 
 @pytest.fixture(scope="module")
@@ -113,14 +112,9 @@ def test_errors_are_those_of_the_pictures_on_their_ground(pears, camera):
 
 def painted(pears, strokes, **draw):
     report = Report()
-    config = PaintConfig(
-        cluster=ClusterConfig(strokes),
-        view=SMALL,
-        draw=DrawConfig(**{"stroke": "swirl"} | draw),
-        strokes=StrokesConfig.off() if draw.get("stroke") == "gaussian" else StrokesConfig(see="off"),
-    )
-    frame = paint(pears, config, report=report)
-    return frame, {stage.name: stage for stage in report.stages}
+    seeing = StrokesConfig.off() if draw.get("stroke") == "gaussian" else BLIND
+    config = without_look("swirl", strokes, (160, 90), strokes=seeing)
+    return paint(pears, changed(config, draw=draw), report=report), stages(report)
 
 
 def test_a_painting_says_why_it_has_so_many_strokes(pears):
@@ -176,8 +170,7 @@ def test_a_size_that_cannot_be_had_is_told(pears):
 
 def counts_of(words, capsys):
     """Counts of each stage of a command."""
-    assert cli.main([str(word) for word in [*words, "--json"]]) == 0
-    return {stage["name"]: stage["counts"] for stage in json.loads(capsys.readouterr().out)["stages"]}
+    return {name: stage["counts"] for name, stage in stages_of(capsys, *words).items()}
 
 
 def test_a_film_is_counted_by_the_time_of_a_frame_and_its_frames_can_be_gone_on_with(pears, tmp_path, capsys):
@@ -223,10 +216,7 @@ def test_aims_are_read_from_the_command_line(words, strokes, command):
     ],
 )
 def test_aims_that_mean_nothing_get_one_sentence(words, sentence, capsys):
-    assert cli.main(["render", "a.ply", *words]) == 2
-    said = capsys.readouterr().err
-    assert sentence in said
-    assert said.count("\n") == 1
+    assert sentence in refused(capsys, "render", "a.ply", *words)
 
 
 def test_on_a_real_scene_the_choice_is_near_the_knee_of_the_full_curve():

@@ -9,7 +9,6 @@ import brushgs as bg
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.moving.frames import open_frames
 from brushgs.options.clip import ClipConfig
-from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.passes.motion.frames import follow_frames
 from brushgs.passes.motion.guesses import affine
@@ -19,16 +18,13 @@ from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.still_life.moving import still_life_moving
 from brushgs.values.moving import MovingScene
+from tests.kit.configs import without_look
 
 NUM, RATE, START, MOMENTS = 2000, 24, 1.3, 8  # while the pear rolls
 STROKES = 300
 STROKES_OF_PEAR = 500  # of which some five to ten have nothing but the pear, on whatever machine
 KINDS = "permuted", "resampled"
-CONFIG = PaintConfig(
-    cluster=ClusterConfig(STROKES),
-    draw=DrawConfig(stroke="dry_brush"),
-    view=ViewConfig(size=(96, 72), up=(0, -1, 0)),
-)
+CONFIG = without_look("dry_brush", STROKES, (96, 72), view={"up": (0, -1, 0)})
 
 
 class Export:
