@@ -25,14 +25,13 @@ GREY = np.zeros((1, 1, 3))
 def random_scene(n: int, *, degree: int = 3, dtype=np.float64, seed: int = 0) -> Gaussians:
     """Gaussians of all shapes in and around the view of `FRONT`, some behind it, some faint."""
     g = np.random.default_rng(seed)
-    columns = (
+    return Gaussians(
         g.normal(size=(n, 3)) * (1.5, 1.5, 3),
         g.normal(size=(n, 4)),
         np.exp(g.uniform(np.log(1e-3), np.log(1.0), (n, 3))),
         g.uniform(0, 1, n),
         0.3 * g.normal(size=(n, (degree + 1) ** 2, 3)),
-    )
-    return Gaussians(*(column.astype(dtype) for column in columns))
+    ).astype(dtype)
 
 
 def single(*, mean=(0, 0, 0), quat=(1, 0, 0, 0), scale=(1, 1, 1), dtype=np.float64) -> Gaussians:
@@ -255,8 +254,8 @@ def test_every_harmonic_is_the_real_spherical_harmonic_of_its_place(dtype):
     for term in range(16):
         sh = np.zeros((n, 16, 3))
         sh[:, term] = (0.3, -0.2, 0.1)
-        columns = (means, np.tile((1.0, 0, 0, 0), (n, 1)), np.full((n, 3), 0.1), np.ones(n), sh)
-        boxes = project(Gaussians(*(column.astype(dtype) for column in columns)), FRONT)
+        scene = Gaussians(means, np.tile((1.0, 0, 0, 0), (n, 1)), np.full((n, 3), 0.1), np.ones(n), sh)
+        boxes = project(scene.astype(dtype), FRONT)
         shade = 0.5 + expected[boxes.ids, term, None] * (0.3, -0.2, 0.1)
         np.testing.assert_allclose(boxes.colors, shade, atol=2e-7 if dtype is np.float32 else 1e-14)
 

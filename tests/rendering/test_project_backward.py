@@ -19,14 +19,13 @@ TERMS = {degree: terms for terms, degree in SH_TERMS.items()}
 
 def scene_of(n=9, degree=1, *, seed=0, sizes=(0.02, 0.4), dtype=np.float64) -> Gaussians:
     g = np.random.default_rng([seed, n])
-    columns = (
+    return Gaussians(
         0.6 * g.normal(size=(n, 3)),
         2 * g.normal(size=(n, 4)),
         np.exp(g.uniform(*np.log(sizes), (n, 3))),
         g.uniform(0.3, 0.95, n),
         0.3 * g.normal(size=(n, TERMS[degree], 3)),
-    )
-    return Gaussians(*(column.astype(dtype) for column in columns))
+    ).astype(dtype)
 
 
 def near_scene() -> Gaussians:

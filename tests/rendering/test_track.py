@@ -13,50 +13,49 @@ from brushgs.rendering.canonical import fit_canonical
 from brushgs.rendering.project import Directions, project
 from brushgs.rendering.track import Track, track_directions
 from brushgs.rendering.visibility import visible_areas
-from brushgs.values.camera import Camera
-from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
 
 SIZE = {"width": 160, "height": 120}
-FRONT = Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)
+FRONT = bg.Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)
 STEP = np.radians(1.5)
 
 
-def strokes(n: int, *, seed: int = 0, dtype=np.float32) -> Gaussians:
+def strokes(n: int, *, seed: int = 0, dtype=np.float32) -> bg.Gaussians:
     """Needles, discs, blobs and boards of random sizes and directions in a ball."""
     g = np.random.default_rng(seed)
     shapes = np.array([(1, 0.05, 0.04), (1, 0.9, 0.02), (1, 0.95, 0.9), (1, 0.5, 0.1)])
     scales = shapes[np.arange(n) % 4] * np.exp(g.uniform(np.log(0.02), np.log(0.2), (n, 1)))
-    columns = (
+    return bg.Gaussians(
         g.normal(size=(n, 3)) * 0.4,
         g.normal(size=(n, 4)),
         scales * g.uniform(0.7, 1, (n, 3)),
         g.uniform(0.3, 1, n),
         g.normal(size=(n, 1, 3)),
-    )
-    return Gaussians(*(column.astype(dtype) for column in columns))
+    ).astype(dtype)
 
 
-def one(scale, *, mean=(0, 0, 0), quat=(1, 0, 0, 0)) -> Gaussians:
+def one(scale, *, mean=(0, 0, 0), quat=(1, 0, 0, 0)) -> bg.Gaussians:
     columns = ([mean], [quat], [scale], [1.0], np.zeros((1, 1, 3)))
-    return Gaussians(*(np.asarray(column, np.float64) for column in columns))
+    return bg.Gaussians(*(np.asarray(column, np.float64) for column in columns))
 
 
-def turntable(num_frames: int, *, elevation: float = 0.3, step: float = STEP, distance=4.0) -> list[Camera]:
+def turntable(
+    num_frames: int, *, elevation: float = 0.3, step: float = STEP, distance=4.0
+) -> list[bg.Camera]:
     """Views from a circle around the origin, `step` apart."""
     angles = step * np.arange(num_frames)
     across = distance * np.cos(elevation)
     eyes = np.stack(
         [across * np.sin(angles), 0 * angles - distance * np.sin(elevation), -across * np.cos(angles)]
     )
-    return [Camera.look_at(eye, (0, 0, 0), (0, -1, 0), **SIZE) for eye in eyes.T]
+    return [bg.Camera.look_at(eye, (0, 0, 0), (0, -1, 0), **SIZE) for eye in eyes.T]
 
 
-def closed(cameras: list[Camera]) -> list[Camera]:
+def closed(cameras: list[bg.Camera]) -> list[bg.Camera]:
     return [*cameras, cameras[0]]
 
 
-def judged(scene: Gaussians, cameras: list[Camera], lock: str):
+def judged(scene: bg.Gaussians, cameras: list[bg.Camera], lock: str):
     """Events, the share of slender strokes off both axes, and by how much a box misses its ellipse."""
     ellipses = [project(scene, camera) for camera in cameras]
     boxes = (
@@ -133,8 +132,8 @@ def test_a_box_covers_its_ellipse_in_any_direction(seed, kind):
 # Fading
 
 
-def opacity_at(scene: Gaussians, distance: float) -> float:
-    camera = Camera.look_at((0, 0, -distance), (0, 0, 0), **SIZE, near=1.0)
+def opacity_at(scene: bg.Gaussians, distance: float) -> float:
+    camera = bg.Camera.look_at((0, 0, -distance), (0, 0, 0), **SIZE, near=1.0)
     boxes = project(scene, camera, fade=True)
     return float(boxes.opacities[0]) if len(boxes) else 0.0
 
@@ -169,7 +168,7 @@ def test_a_stroke_that_goes_far_away_fades_in_proportion_to_its_length():
 
 def test_the_plain_picture_neither_fades_nor_turns():
     """The built-in kernels are what 3D Gaussian Splatting draws."""
-    scene, camera = strokes(300), Camera.look_at((0, 0, -0.3), (0, 0, 0), **SIZE, near=0.2)
+    scene, camera = strokes(300), bg.Camera.look_at((0, 0, -0.3), (0, 0, 0), **SIZE, near=0.2)
     texture = bg.StrokeTexture.open("gaussian")
     boxes = project(scene, camera, num_sigmas=3.0)
     plain = bg.rasterize(boxes, texture, **SIZE)
@@ -216,7 +215,7 @@ def test_a_line_that_winds_by_half_a_turn_is_closed_where_it_costs_least():
     g = np.random.default_rng(11)
     num = 500
     columns = np.zeros((num, 3)), g.normal(size=(num, 4)), np.tile((0.3, 0.2, 0.05), (num, 1)), np.ones(num)
-    scene = Gaussians(*(column.astype(np.float32) for column in (*columns, np.zeros((num, 1, 3)))))
+    scene = bg.Gaussians(*(column.astype(np.float32) for column in (*columns, np.zeros((num, 1, 3)))))
     cameras = PATHS["turntable"]
     boxes = [project(scene, camera) for camera in closed(cameras)]
     lines = np.unwrap([one.angles[np.argsort(one.ids)] for one in boxes], axis=0, period=np.pi)
@@ -275,7 +274,7 @@ def test_short_and_broken_paths_are_followed():
     cut = [*turntable(20), *turntable(20, elevation=-1.0, distance=9.0)]
     steps = np.degrees(steps_of(directions_of(track_directions(strokes(400), cut))))
     assert max(steps[:19].max(), steps[20:].max()) < 6.5
-    passed = [Camera.look_at((0, 0, z), (0, 0, z + 1), **SIZE) for z in np.linspace(-2, 2, 200)]
+    passed = [bg.Camera.look_at((0, 0, z), (0, 0, z + 1), **SIZE) for z in np.linspace(-2, 2, 200)]
     assert np.degrees(steps_of(directions_of(track_directions(strokes(400), passed))).max()) < 15
     # Of half a path nothing swells where nothing turns across.
     assert track_directions(one((0.3, 0.1, 0.1)), turntable(20)).area_scales is None

@@ -29,14 +29,17 @@ class Stiff:
 
 def random_scene(n: int = 60, *, degree: int = 1, seed: int = 0) -> Gaussians:
     g = np.random.default_rng([seed, n])
-    columns = (
-        g.normal(size=(n, 3)) * 0.6,
-        g.normal(size=(n, 4)),
-        np.exp(g.uniform(np.log(0.02), np.log(0.3), (n, 3))),
-        g.uniform(0.3, 1, n),
-        g.normal(size=(n, (degree + 1) ** 2, 3)) * 0.4,
+    return (
+        Gaussians(
+            g.normal(size=(n, 3)) * 0.6,
+            g.normal(size=(n, 4)),
+            np.exp(g.uniform(np.log(0.02), np.log(0.3), (n, 3))),
+            g.uniform(0.3, 1, n),
+            g.normal(size=(n, (degree + 1) ** 2, 3)) * 0.4,
+        )
+        .astype(np.float32)
+        .astype(np.float64)
     )
-    return Gaussians(*(column.astype(np.float32).astype(np.float64) for column in columns))
 
 
 BASE = random_scene()

@@ -30,14 +30,13 @@ def shapes(aspect: float, kind: str, depth: float, scale: float, dtype, *, seed:
     )
     thin = np.exp(g.uniform(0, 1, N)) / aspect
     middle = thin * g.uniform(1, 2, N) if kind == "needle" else g.uniform(0.5, 1, N)
-    columns = (
+    return Gaussians(
         seen @ VIEW.viewmat[:3, :3],
         g.normal(size=(N, 4)),
         scale * np.stack([np.ones(N), middle, thin], axis=1),
         g.uniform(0.1, 1, N),
         g.normal(size=(N, 16, 3)),
-    )
-    return Gaussians(*(column.astype(dtype) for column in columns))
+    ).astype(dtype)
 
 
 def lock_of(name: str):

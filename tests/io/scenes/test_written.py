@@ -31,14 +31,13 @@ def make(num_rows: int, num_terms: int = 1, seed: int = 0) -> Gaussians:
     rng = np.random.default_rng([20261122, seed])
     sh = rng.normal(size=(num_rows, num_terms, 3)) * 0.1
     sh[:, 0] = rng.uniform(-1.7, 1.7, size=(num_rows, 3))
-    columns = (
+    return Gaussians(
         rng.normal(size=(num_rows, 3)) * 3,
         rng.normal(size=(num_rows, 4)),
         np.exp(rng.normal(-4, 1, size=(num_rows, 3))),
         rng.random(num_rows),
         sh,
-    )
-    return Gaussians(*(column.astype(np.float32) for column in columns))
+    ).astype(np.float32)
 
 
 def paired(found: Gaussians, written: Gaussians) -> Gaussians:
