@@ -142,9 +142,8 @@ def test_a_command_of_the_guides_runs(line, folder, monkeypatch, capsys):
 
 
 @for_each("line", [line for line in COMMANDS if line not in RUN])
-def test_a_command_of_the_guides_that_is_not_run_is_understood(line, tmp_path, monkeypatch, capsys):
+def test_a_command_of_the_guides_that_is_not_run_is_understood(line, folder, capsys):
     """In a folder without its files it fails because of them, not because of its words."""
-    monkeypatch.chdir(tmp_path)
     words = shlex.split(line.replace("//host:", "//127.0.0.1:"), comments=True)[1:]
     if "--passes" in words:  # which needs no file
         with pytest.raises(SystemExit, match="0"):

@@ -36,21 +36,19 @@ def rgba(coverage, color=(0.2, 0.4, 0.6)):
 
 
 @pytest.mark.parametrize("spelling", ["dry_brush", "Dry Brush", "dry-brush"])
-def test_a_builtin_name_is_found_however_it_is_written(spelling, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_builtin_name_is_found_however_it_is_written(spelling, folder):
     texture = StrokeTexture.open(spelling)
     assert (texture.kind, texture.name) == ("image", "dry_brush")
     assert texture.height.shape == texture.coverage.shape
 
 
 @pytest.mark.parametrize("name", ["swirl.png", "./swirl.png", Path("swirl.png")])
-def test_a_suffix_or_a_folder_means_a_file(tmp_path, monkeypatch, name):
-    monkeypatch.chdir(tmp_path)
+def test_a_suffix_or_a_folder_means_a_file(folder, name):
     with pytest.raises(
         SceneError, match=r"swirl\.png: there is no such file; for the built-in .* write swirl$"
     ):
         StrokeTexture.open(name)
-    write_image(tmp_path / "swirl.png", rgba(np.ones((3, 5)) * [1, 1, 1, 1, 0.5]))
+    write_image(folder / "swirl.png", rgba(np.ones((3, 5)) * [1, 1, 1, 1, 0.5]))
     assert StrokeTexture.open(name).coverage.shape == (3, 5)
     assert StrokeTexture.open("swirl").coverage.shape != (3, 5)
 
@@ -199,10 +197,9 @@ NO_FILE = r"there is no such picture; check the path$"
         ("text.png", r"text\.png: cannot be read as a picture"),
     ],
 )
-def test_what_is_no_stroke_is_refused(tmp_path, monkeypatch, name, message):
-    monkeypatch.chdir(tmp_path)
-    write_image(tmp_path / "bare.png", rgba(np.zeros((8, 8))))
-    (tmp_path / "text.png").write_text("not a picture")
+def test_what_is_no_stroke_is_refused(folder, name, message):
+    write_image(folder / "bare.png", rgba(np.zeros((8, 8))))
+    (folder / "text.png").write_text("not a picture")
     with pytest.raises(SceneError, match=message):
         StrokeTexture.open(name)
 

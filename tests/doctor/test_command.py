@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs import cli
 from brushgs.doctor.findings import KINDS
 from tests.doctor import plant
 from tests.doctor.scenes import ball
+from tests.kit.commands import names, run
 
 XYZ = "".join(f"property float {name}\n" for name in "xyz")
 POINTS = f"ply\nformat ascii 1.0\nelement vertex 3\n{XYZ}"
@@ -23,27 +23,20 @@ def ill(tmp_path):
     return plant.write(planted, tmp_path / "ill.ply")
 
 
-def run(capsys, *words):
-    """Exit code, stdout and stderr of one command."""
-    code = cli.main(["doctor", *map(str, words)])
-    captured = capsys.readouterr()
-    return code, captured.out, captured.err
-
-
 def test_fix_exits_0_with_the_path_on_stdout_and_what_is_sound_is_said_to_be(ill, tmp_path, capsys):
     target = tmp_path / "cured.ply"
-    assert run(capsys, ill, "--quiet") == (3, "", "")
-    code, out, err = run(capsys, ill, "--fix", target)
+    assert run(capsys, "doctor", ill, "--quiet") == (3, "", "")
+    code, out, err = run(capsys, "doctor", ill, "--fix", target)
     assert (code, out) == (0, f"{target}\n")
     assert "linear-scales" in err
-    code, out, err = run(capsys, target)
+    code, out, err = run(capsys, "doctor", target)
     assert (code, err) == (0, "")
     assert out.startswith(f"{target}: 3,000 Gaussians; sound\n")
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["cured.ply", "ill.ply", "sound.ply"]
+    assert names(tmp_path) == ["cured.ply", "ill.ply", "sound.ply"]
 
 
 def test_json_has_the_findings_for_machines(ill, capsys):
-    code, out, err = run(capsys, ill, "--json")
+    code, out, err = run(capsys, "doctor", ill, "--json")
     value = json.loads(out)
     assert (code, err) == (3, "")
     assert (value["schema"], value["faults"], value["odd"], value["output"]) == (1, 2, 0, None)
@@ -68,7 +61,7 @@ def test_what_cannot_be_examined_or_written_exits_2_by_name(ill, tmp_path, capsy
         ([ill, "--fix", ill], "is the input, which is never overwritten"),
         ([ill, "--fix", tmp_path / "cured.ksplat"], "output must end in .ply"),
     ):
-        code, out, err = run(capsys, *words)
+        code, out, err = run(capsys, "doctor", *words)
         assert (code, out) == (2, "")
         assert sentence in err
     assert ill.read_bytes() == before

@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from brushgs.cli import main
 from brushgs.doctor.describe import describe
 from brushgs.formats import load
 from brushgs.options.where import Where, WhereConfig
+from tests.kit.commands import refused, run
 
 
 def part(scene, text, **options):
@@ -37,14 +37,14 @@ def test_what_is_in_it_in_part_counts_in_part(scene):
 
 
 def test_info_tells_of_a_part_and_refuses_what_is_none(scene, capsys):
-    assert main(["info", str(scene), "--where", "sphere:90,0,0,1", "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
+    code, out, _ = run(capsys, "info", scene, "--where", "sphere:90,0,0,1", "--json")
+    assert code == 0
+    facts = json.loads(out)
     assert (facts["where_gaussians"], facts["where_share"], facts["where_opacity"]) == (0, 0, 0)
     assert "where_low" not in facts
-    assert main(["info", str(scene), "--where", "subject and not sphere:90,0,0,1"]) == 0
-    out = capsys.readouterr().out
+    code, out, _ = run(capsys, "info", scene, "--where", "subject and not sphere:90,0,0,1")
+    assert code == 0
     assert "where            subject and not sphere:90,0,0,1\n" in out
     assert "where gaussians  " in out
     for text, sentence in (("subjekt", "did you mean subject?"), ("part:999", "part:999 is not there")):
-        assert main(["info", str(scene), "--where", text]) == 2
-        assert sentence in capsys.readouterr().err
+        assert sentence in refused(capsys, "info", scene, "--where", text)

@@ -36,11 +36,10 @@ def test_a_look_changes_what_it_names_and_keeps_the_rest_of_its_base(tmp_path):
     assert Look.open(path).title == "mine"
 
 
-def test_a_look_may_start_from_a_file_beside_it(tmp_path, monkeypatch):
-    (tmp_path / "looks").mkdir()
-    written(tmp_path / "looks", "[cluster]\nstrokes = 70\n", "first.toml")
-    path = written(tmp_path / "looks", 'base = "first.toml"\n[color]\ngray = true\n')
-    monkeypatch.chdir(tmp_path)
+def test_a_look_may_start_from_a_file_beside_it(folder):
+    (folder / "looks").mkdir()
+    written(folder / "looks", "[cluster]\nstrokes = 70\n", "first.toml")
+    path = written(folder / "looks", 'base = "first.toml"\n[color]\ngray = true\n')
     config = Look.open(path).config
     assert (config.cluster.strokes, config.color.gray) == (UsualCount(70), True)
     for text, is_stage in (
@@ -48,7 +47,7 @@ def test_a_look_may_start_from_a_file_beside_it(tmp_path, monkeypatch):
         ("backdrop = 900\nstage = true", True),
         ('ground = "paper"', True),
     ):
-        mine = written(tmp_path, f'base = "oil"\n[ground]\n{text}\n')
+        mine = written(folder, f'base = "oil"\n[ground]\n{text}\n')
         assert Look.open(mine).config.ground.stage is is_stage
 
 

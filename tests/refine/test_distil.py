@@ -23,6 +23,7 @@ from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.targets import TargetView  # noqa: E402
 from brushgs.refine.variables import Rates, Variables  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
+from tests.kit.commands import names, refused, stages_of  # noqa: E402
 from tests.kit.for_each import for_each  # noqa: E402
 from tests.scenes import save_upright, still_life_of  # noqa: E402
 
@@ -188,8 +189,7 @@ SMALL = ["--strokes", "100", "--steps", "10", "--views", "4", "--size", "64x48",
 SMALL += ["--see", "off"]
 
 
-def test_the_command_writes_strokes_and_a_report(file, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_the_command_writes_strokes_and_a_report(file, folder, capsys):
     assert cli.main(["refine", file, *SMALL, "--json", "--report", "report"]) == 0
     told = json.loads(capsys.readouterr().out, parse_constant=pytest.fail)  # JSON knows no NaN
     assert told["output"] == "pears-refined.ply"
@@ -197,8 +197,8 @@ def test_the_command_writes_strokes_and_a_report(file, tmp_path, monkeypatch, ca
     assert counts["psnr_after"] > counts["psnr_before"]
     assert counts["curve_steps"][-1] == 10
     assert len(bg.load("pears-refined.ply")) <= 100
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["pears-refined.ply", "report"]
-    report = json.loads((tmp_path / "report" / "refine.json").read_text())
+    assert names() == ["pears-refined.ply", "report"]
+    report = json.loads((folder / "report" / "refine.json").read_text())
     found = report["refine"]
     assert found["psnr_after"] == pytest.approx(max(found["scores"]))
     assert found["psnr_before"] == pytest.approx(found["scores"][0])
@@ -207,17 +207,14 @@ def test_the_command_writes_strokes_and_a_report(file, tmp_path, monkeypatch, ca
     assert len({len(found[name]) for name in ("steps", "seconds", "losses", "scores")}) == 1
     assert report["settings"]["refine"]["views"] == 4
     assert report["settings"]["draw"]["stroke"] == "flat"
-    picture = read_image(tmp_path / "report" / "refine.png")
+    picture = read_image(folder / "report" / "refine.png")
     assert picture.shape[1] == 1440
     assert len(np.unique(picture.reshape(-1, picture.shape[2]), axis=0)) > 500  # pictures, not lines alone
 
 
-def test_a_report_goes_without_its_plot_and_strokes_are_there_though_it_fails(
-    file, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.chdir(tmp_path)
+def test_a_report_goes_without_its_plot_and_strokes_are_there_if_it_fails(file, folder, monkeypatch, capsys):
     assert cli.main(["refine", file, *SMALL, "--report", "b", "--no-plot", "--quiet"]) == 0
-    assert [p.name for p in (tmp_path / "b").iterdir()] == ["refine.json"]
+    assert names("b") == ["refine.json"]
 
     def full(*_):
         raise OSError(28, "No space left on device")
@@ -244,17 +241,12 @@ def test_a_report_goes_without_its_plot_and_strokes_are_there_though_it_fails(
         (["--report", "a.png", "--no-plot"], "--no-plot cannot be combined with an output that is a plot"),
     ],
 )
-def test_a_bad_flag_gets_one_sentence(file, tmp_path, monkeypatch, capsys, words, sentence):
-    monkeypatch.chdir(tmp_path)
-    code = cli.main(["refine", file, *SMALL, *words])
-    captured = capsys.readouterr()
-    assert (code, captured.out, captured.err.count("\n")) == (2, "", 1), captured.err
-    assert sentence in captured.err
-    assert list(tmp_path.iterdir()) == []
+def test_a_bad_flag_gets_one_sentence(file, folder, capsys, words, sentence):
+    assert sentence in refused(capsys, "refine", file, *SMALL, *words)
+    assert names() == []
 
 
-def test_without_a_library_the_cure_is_named(file, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_without_a_library_the_cure_is_named(file, folder, monkeypatch, capsys):
     for missing, words in (("torch", []), ("kornia", ["--style", file])):
         with monkeypatch.context() as patch:
             patch.setattr("importlib.util.find_spec", lambda name, m=missing: None if name == m else object())
@@ -280,12 +272,10 @@ def test_fits_of_all_parameters_do_not_make_needles(strokes, fit, monkeypatch):
     assert share_of_needles() > 0.5  # measured 0.63
 
 
-def test_regions_and_classes_have_rates_from_the_command_line(file, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
+def test_regions_and_classes_have_rates_from_the_command_line(file, folder, capsys):
     words = ["refine", file, *SMALL, "--region-rates", "subject=0.2;surroundings=2", "--rates", "size=0.5"]
-    assert cli.main([*words, "--report", "a.json", "--where", "height:0..", "--json"]) == 0
-    stages = json.loads(capsys.readouterr().out)["stages"]
-    assert any("strokes at 0.2 of the rates in subject" in stage["did"] for stage in stages)
-    settings = json.loads((tmp_path / "a.json").read_text())["settings"]["refine"]
+    stages = stages_of(capsys, *words, "--report", "a.json", "--where", "height:0..")
+    assert any("strokes at 0.2 of the rates in subject" in stage["did"] for stage in stages.values())
+    settings = json.loads((folder / "a.json").read_text())["settings"]["refine"]
     assert settings["rates"] == [{"of": "size", "factor": 0.5}]
     assert [rate["of"] for rate in settings["region_rates"]] == ["subject", "surroundings"]

@@ -5,7 +5,6 @@ import io
 import json
 import os
 import signal
-import subprocess
 import sys
 import time
 from dataclasses import replace
@@ -19,9 +18,9 @@ from brushgs.cli.batch.run import Outcome, Task, run_jobs
 from brushgs.options.sequence import SequenceConfig
 from tests.kit.commands import is_alive, refused, run
 from tests.kit.for_each import for_each
+from tests.kit.programs import ROOT, start
 from tests.scenes import save_upright, still_life_of
 
-ROOT = Path(__file__).resolve().parents[3]
 JOBS = """
 [defaults]
 size = "48x36"
@@ -172,15 +171,8 @@ def test_a_batch_that_is_stopped_leaves_whole_files_only(made, tmp_path):
         f'[[job]]\norbit = 5000\noutput = "{name}.mp4"\n' for name in "ab"
     )
     (tmp_path / "jobs.toml").write_text(text)
-    process = subprocess.Popen(
-        [sys.executable, "-m", "brushgs", "batch", "jobs.toml", "--jobs", "2"],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+    words = "batch", "jobs.toml", "--jobs", "2"
+    process = start("-m", "brushgs", *words, cwd=tmp_path, start_new_session=True)
     until = time.monotonic() + 120
     while not (list(tmp_path.glob(".a-*")) and list(tmp_path.glob(".b-*"))):  # both films are being written
         assert process.poll() is None, process.stderr.read()
@@ -241,11 +233,8 @@ def test_jobs_end_with_the_batch_that_was_killed_and_leave_no_files(made, tmp_pa
     text = f'[[job]]\nscene = "{made[0]}/pears.ply"\nsize = "64x48"\nstrokes = 50\nlook = "plain"\n'
     (tmp_path / "jobs.toml").write_text(text + 'orbit = 5000\noutput = "a.mp4"\n')
     (tmp_path / "temporary").mkdir()
-    process = subprocess.Popen(
-        [sys.executable, "-m", "brushgs", "batch", "jobs.toml", "--quiet"],
-        env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(tmp_path / "temporary")},
-        cwd=tmp_path,
-    )
+    how = {"cwd": tmp_path, "env": {"TMPDIR": str(tmp_path / "temporary")}, "stdout": None, "stderr": None}
+    process = start("-m", "brushgs", "batch", "jobs.toml", "--quiet", **how)
     until = time.monotonic() + 120
     while not list(tmp_path.glob(".a-*")):
         assert process.poll() is None
