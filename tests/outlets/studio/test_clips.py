@@ -13,8 +13,9 @@ from brushgs.outlets.studio.settings import Film, Settings, Shot
 from brushgs.pipeline.other_views import at_moment
 from brushgs.pipeline.report import Report
 from tests.clips import DURATION, save_clip
+from tests.io.test_video import read
 from tests.outlets.studio.conftest import paged, until
-from tests.outlets.studio.test_session import frames_of, header_of
+from tests.outlets.studio.test_session import header_of
 from tests.outlets.studio.test_studio_page import slide
 
 FEW = ["--strokes", "90", "--size", "96x72", "--backdrop", "off", "--see", "off", "--look", "plain"]
@@ -77,12 +78,12 @@ def test_the_scene_moves_in_videos(session):
     painted = session.paint(Settings(), Report())
     camera = painted.prepared.camera
     rests = session.film(painted, Film(FilmConfig("clip", DURATION, 96, 72, fps=24), [camera]), Report())
-    frames = frames_of(rests)
+    frames, _, _ = read(rests)
     assert len(frames) == 4
     assert np.abs(frames[0].astype(int) - frames[-1]).max() > 100
     center = tuple(header_of(painted.contents)["center"])
     turn = session.film(painted, Film(FilmConfig("turn", 0.2, 96, 72, fps=20), [camera], center), Report())
-    assert len(frames_of(turn)) == 4
+    assert len(read(turn)[0]) == 4
 
 
 def test_a_page_scrubs_and_a_reload_keeps_the_moment(session, tmp_path, open_page):

@@ -6,7 +6,6 @@ import struct
 import tomllib
 from dataclasses import replace
 
-import av
 import numpy as np
 import pytest
 
@@ -22,6 +21,7 @@ from brushgs.outlets.studio.session import Dropped, reserve
 from brushgs.outlets.studio.settings import Film, Settings, Shot
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_file
+from tests.io.test_video import read
 from tests.outlets.studio.conftest import FEW
 
 OTHERS = ["--backdrop", "off", "--see", "off"]  # of the command line
@@ -145,11 +145,6 @@ def test_a_picture_that_fails_frees_its_name_and_a_folder_that_cannot_be_made_is
         reserve(tmp_path / "file", "a", ".png")
 
 
-def frames_of(path):
-    with av.open(str(path)) as film:
-        return [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
-
-
 def test_a_turn_and_a_path_through_views_are_videos_and_a_path_of_equal_views_is_refused(painted, tmp_path):
     session, first = painted
     session = replace(session, folder=tmp_path)
@@ -158,12 +153,12 @@ def test_a_turn_and_a_path_through_views_are_videos_and_a_path_of_equal_views_is
     shift[0, 3] = 0.2
     keys = [camera, replace(camera, viewmat=shift @ camera.viewmat)]
     path = session.film(first, Film(FilmConfig("path", 2, 64, 48, fps=1), keys), Report())
-    frames = frames_of(path)
+    frames, _, _ = read(path)
     assert (path.name, len(frames), frames[0].shape) == ("pears-oil-1.mp4", 3, (48, 64, 3))
     assert not np.array_equal(frames[0], frames[2])
     center = tuple(header_of(first.contents)["center"])
     turn = session.film(first, Film(FilmConfig("turn", 1, 64, 48, fps=4), [camera], center), Report())
-    assert len(frames_of(turn)) == 4
+    assert len(read(turn)[0]) == 4
     assert read_metadata(turn).command.startswith("brushgs render pears")
     with pytest.raises(ValueError, match="at least 2 different key views, got 1"):
         session.film(first, Film(FilmConfig("path", 1, 64, 48), [camera, camera]), Report())

@@ -120,10 +120,7 @@ def test_shots_and_films_have_cameras_in_the_size_of_the_picture():
         ({"camera": {**CAMERA, "viewmat": [1e400] * 16}}, "camera.viewmat[0] must be a number, got"),
         ({"camera": {**CAMERA, "near": 0}}, "camera: near must be > 0"),
         ({"camera": {**CAMERA, "K": [1] * 8}}, "camera.K must be a list of 9"),
-        (
-            {"camera": {**CAMERA, "more": 1}},
-            "camera.more is no known field among viewmat, K, width",
-        ),
+        ({"camera": {**CAMERA, "more": 1}}, "camera.more is no known field among viewmat, K, width"),
         ({"camera": 7}, "camera must be an object, got 7"),
         ({"more": 1}, "more is no known field among camera, width, height"),
     ],
