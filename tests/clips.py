@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 import brushgs as bg
-from brushgs.options.clip import ClipConfig
 from brushgs.options.scene_source import SceneSource
 from brushgs.pipeline.clip import Clip
-from brushgs.values.moving import MovingScene
 from brushgs.values.quats import quat_products, rotation_matrices
 from tests.passes.scenes import gaussians_at
 
@@ -47,7 +45,7 @@ def moving_scene(duration=DURATION):
         quats[NUM_WALL:] = quat_products(np.tile(turn, (NUM_BODY, 1)), start.quats[NUM_WALL:])
         return replace(start, means=means, quats=quats)
 
-    return MovingScene(duration, True, at, resting=resting)
+    return bg.MovingScene(duration, True, at, resting=resting)
 
 
 def save_clip(folder):
@@ -64,4 +62,4 @@ def save_clip(folder):
 
 def clip_of(folder, **options):
     """The clip in a folder that `save_clip` wrote, one frame a moment."""
-    return Clip(bg.load_moving(folder), ClipConfig(fps=24, **options), SceneSource.of(folder))
+    return Clip(bg.load_moving(folder), bg.ClipConfig(fps=24, **options), SceneSource.of(folder))

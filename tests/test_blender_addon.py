@@ -11,7 +11,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import brushgs as bg
-from brushgs.formats import load_cameras
 from tests.kit.for_each import for_each
 
 ADDON = Path(__file__).parent.parent / "examples" / "blender_addon.py"
@@ -44,7 +43,7 @@ def test_a_view_of_blender_becomes_the_same_camera_of_the_scene(tmp_path, addon,
     lens[3, 2] = -1
     model = addon.camera_model(camera.tolist(), lens.tolist(), None if scene is None else scene.tolist())
     (tmp_path / "view.gltf").write_text(json.dumps(model))
-    (found,) = load_cameras(tmp_path / "view.gltf")
+    (found,) = bg.load_cameras(tmp_path / "view.gltf")
     assert np.allclose(found.viewmat, wanted.viewmat, atol=1e-6)
     assert found.K[1, 1] / found.height == pytest.approx(wanted.K[1, 1] / 360)
     assert found.width / found.height == pytest.approx(16 / 9, abs=1e-3)

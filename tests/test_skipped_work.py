@@ -12,15 +12,9 @@ from scipy.spatial import cKDTree
 import brushgs as bg
 from brushgs import _core
 from brushgs.brushes import levels
-from brushgs.brushes.brush_set import BrushSet
 from brushgs.cameras.first_view import framed_camera
 from brushgs.cameras.framing import plain_first_view
-from brushgs.options.painting import (
-    ClusterConfig,
-    DrawConfig,
-    PaintConfig,
-    ViewConfig,
-)
+from brushgs.options.painting import ClusterConfig, DrawConfig, PaintConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.passes.reduce import contribution
 from brushgs.passes.reduce.cluster import group
@@ -30,7 +24,6 @@ from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.sequence_frames import SequenceFrames
 from brushgs.rendering import texture_levels
 from brushgs.rendering.constants import MAX_ALPHA, MIN_TRANSMITTANCE
-from brushgs.values.boxes import Boxes
 from tests.kit.for_each import for_each
 from tests.scenes import still_life_of
 
@@ -124,13 +117,13 @@ def merged(parts):
     names = ("centers", "half_extents", "angles", "depths", "colors", "opacities", "ids")
     together = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     order = np.lexsort((together["ids"], together["depths"]))
-    return Boxes(**{name: column[order] for name, column in together.items()})
+    return bg.Boxes(**{name: column[order] for name, column in together.items()})
 
 
 def test_drawing_makes_the_levels_that_are_used_and_ends_where_pixels_are_finished(scene, camera):
     texture = bg.StrokeTexture.open("swirl")
     boxes = bg.project(bg.cluster(scene, 400), camera, num_sigmas=texture.fitted_sigmas, lock="anchor")
-    used = texture_levels.levels_for("drawing", boxes, BrushSet.of(texture), "mip").codes
+    used = texture_levels.levels_for("drawing", boxes, bg.BrushSet.of(texture), "mip").codes
     every = list(np.ndindex(*(len(levels.axis_levels(size)) for size in reversed(texture.coverage.shape))))
     assert 0 < len(used) < len(every)
     made = []

@@ -115,9 +115,7 @@ def test_views_are_the_same_up_to_the_digits_of_a_file():
 
 @for_each(
     ("call", "sentence"),
-    [
-        (lambda: view_change(camera(), camera(), 0.0), r"view_change: distance must be > 0, got 0\.0"),
-    ],
+    [(lambda: view_change(camera(), camera(), 0.0), r"view_change: distance must be > 0, got 0\.0")],
 )
 def test_what_makes_no_motion_is_refused(call, sentence):
     with pytest.raises(ValueError, match=sentence):

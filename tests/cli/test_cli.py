@@ -14,7 +14,6 @@ from brushgs.brushes.builtin import stroke_notes
 from brushgs.brushes.texture import builtin_names
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.choices import LOOKS
-from brushgs.options.look import Look
 from brushgs.outlets.stroke_chart import CELL, COLUMNS, PAPER
 from brushgs.still_life.moving import still_life_moving
 from brushgs.values.colors import rgb_of
@@ -335,7 +334,7 @@ def test_help_is_given_without_dashes_too(words, same, capsys):
 
 
 def test_strokes_and_looks_list_the_names_and_what_each_is_good_for(capsys):
-    of_looks = [Look.open(name) for name in LOOKS]
+    of_looks = [bg.Look.open(name) for name in LOOKS]
     for command, listed, ends in (
         ("strokes", builtin_names(), [f"  {note.what}: {note.good_for}" for note in stroke_notes()]),
         ("looks", list(LOOKS), [f": {look.good_for}" for look in of_looks]),
@@ -372,7 +371,7 @@ def test_a_look_that_is_printed_to_a_file_is_the_same_look(name, capsys):
     code, out, err = run(capsys, "looks", name)
     assert (code, err) == (0, "")
     Path("mine.toml").write_text(out)
-    look, mine = Look.open(name), Look.open("mine.toml")
+    look, mine = bg.Look.open(name), bg.Look.open("mine.toml")
     assert (mine.config, mine.title, look.name) == (look.config, look.title, name)
     assert look.good_for
     assert run(capsys, "looks", "mine.toml") == (0, out, "")

@@ -12,13 +12,7 @@ from brushgs.cli.parser import COMMANDS, build_parser, parse
 from brushgs.options.direction import Direction
 from brushgs.options.experiments import RefineConfig
 from brushgs.options.focus import Focus
-from brushgs.options.painting import (
-    ClusterConfig,
-    DrawConfig,
-    PruneConfig,
-    StrokesConfig,
-    ViewConfig,
-)
+from brushgs.options.painting import ClusterConfig, DrawConfig, PruneConfig, StrokesConfig, ViewConfig
 from brushgs.options.sequence import GrowConfig, PathConfig, SequenceConfig
 from brushgs.options.where import Where, WhereConfig
 from tests.kit.for_each import for_each
@@ -74,10 +68,7 @@ def test_flags_become_configuration(words, prune, cluster, draw):
         ([], StrokesConfig()),
         (["--preset", "paper"], StrokesConfig.off()),
         (["--stroke", "gaussian"], StrokesConfig.off()),
-        (
-            ["--stroke", "gaussian", "--solid", "on"],
-            StrokesConfig("off", None, True, Direction("own"), 0.0),
-        ),
+        (["--stroke", "gaussian", "--solid", "on"], StrokesConfig("off", None, True, Direction("own"), 0.0)),
         (
             ["--focus", "-1,2,-3,0.5", "--direction", "guides:a.obj", "--broken-color", "0.1"],
             StrokesConfig(

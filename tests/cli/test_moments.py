@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
 from brushgs.outlets.page.export import command_of
 from tests.io.moving.params_maker import write_params
@@ -85,7 +84,7 @@ def test_info_tells_of_the_motion(clips, kind, words, seconds, rate, capsys):
 
 def test_the_page_names_the_moment_in_its_command():
     for time in ("0.4", "40%", "all"):
-        source = SceneSource((Path("clip"),), time=Moment.parse(time))
+        source = SceneSource((Path("clip"),), time=bg.Moment.parse(time))
         assert command_of(source, ["--look", "ink"]) == ("clip", ["--time", time, "--look", "ink"])
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
 from tests.io.ply_maker import scene_columns, write_scene
 from tests.kit.commands import refused, run, stages_of
@@ -56,7 +55,7 @@ def test_every_command_takes_several_files_a_level_and_a_moment(tiles, capsys, c
     module, function = CALLS[command]
     with patch.object(importlib.import_module(module), function, watch):
         code, _, err = run(capsys, command, "tiles", "c.ply", "--lod", "2", "--time", "40%", *rate, *more)
-    source = SceneSource((Path("tiles"), Path("c.ply")), 2, Moment(0.4, is_share=True), 12.5)
+    source = SceneSource((Path("tiles"), Path("c.ply")), 2, bg.Moment(0.4, is_share=True), 12.5)
     assert (code, seen) == (0, [source]), err
     sentence = "a.ply: is a PLY file, which has no levels of detail; omit the level (lod)"
     if command in ("info", "doctor", "render"):

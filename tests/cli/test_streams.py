@@ -37,14 +37,7 @@ RENDER = "render a.ply --look plain --see off --stroke ellipse --strokes 50 --si
 GONE = "| { true; }"
 
 
-@for_each(
-    ("redirection", "out"),
-    [
-        ("<&- >&- 2>&-", ""),
-        (f"2>&1 {GONE}", ""),
-        ("2>/dev/full", "a.png\n"),
-    ],
-)
+@for_each(("redirection", "out"), [("<&- >&- 2>&-", ""), (f"2>&1 {GONE}", ""), ("2>/dev/full", "a.png\n")])
 def test_a_picture_is_painted_whatever_becomes_of_the_words_about_it(run, tmp_path, redirection, out):
     code, found, err = run(RENDER, redirection)
     assert (code, found) == (0, out)

@@ -35,10 +35,7 @@ def test_stills_and_numbered_frames_need_no_extra(words):
         (["render", "a.ply", "--orbit", "3", *SMALL], FILMS),
         (["render", "a.ply", "--grow", "1", "-o", "a.webm", *SMALL], FILMS),
         (["render", "a.ply", "--orbit", "3", "-o", "a.gif", *SMALL], FILMS),
-        (
-            ["render", "a.ply", "-o", "a.avif", *SMALL],
-            "AVIF pictures need PyAV; pip install 'brushgs[v",
-        ),
+        (["render", "a.ply", "-o", "a.avif", *SMALL], "AVIF pictures need PyAV; pip install 'brushgs[v"),
         (["demo", "--moving"], "films need PyAV"),
         (["info", "a.mp4"], "a.mp4: is a film, which PyAV reads; pip install 'brushgs[video]'"),
         (

@@ -18,7 +18,6 @@ from brushgs.cameras.around import near_views, ring_views, subject_ahead
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.formats.styles import write_style
-from brushgs.passes.form.choose_brushes import choose_brushes
 from brushgs.passes.reduce import cluster as clustering
 from brushgs.passes.reduce.contribution import contributions
 from brushgs.passes.reduce.features import cluster_features, spans_of
@@ -28,7 +27,6 @@ from brushgs.passes.reduce.worth import worth_keeping
 from brushgs.passes.seen import seen_in
 from brushgs.passes.style.features import COLOR_FEATURES, stroke_features
 from brushgs.rendering.plain import PlainViews
-from brushgs.values.frame import Frame
 from brushgs.values.gaussians import GAUSSIAN_COLUMNS
 from brushgs.values.quats import rotation_matrices
 from tests.golden.cases import FOLDER
@@ -126,7 +124,7 @@ def steps(golden: dict[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray]]:
     y, x = np.mgrid[0:60, 0:80] / 6.0
     bumps = (2 * np.sin(x) * np.cos(0.7 * y)).astype(np.float32)
     yield put("lit", bg.light(np.full((60, 80, 3), 0.4, np.float32), bumps, bg.Lamp()).reshape(-1, 3))
-    yield put("brushes", choose_brushes(strokes("broken"), kit, seed=0).brushes)
+    yield put("brushes", bg.choose_brushes(strokes("broken"), kit, seed=0).brushes)
 
 
 def _before(name: str) -> str:
@@ -158,7 +156,7 @@ def painted(name: str, folder: Path) -> np.ndarray:
     picture = read_image(output)
     if picture.shape[0] > 120:
         picture = picture[SHOWN]
-        write_frame(Frame(picture, np.ones(picture.shape[:2], picture.dtype)), output, (0, 0, 0))
+        write_frame(bg.Frame(picture, np.ones(picture.shape[:2], picture.dtype)), output, (0, 0, 0))
     return 255 * read_image(output).astype(np.float64)
 
 

@@ -6,19 +6,18 @@ from PIL import Image, features
 
 import brushgs as bg
 from brushgs.formats.pictures.images import write_frame
-from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
 
 pytestmark = pytest.mark.skipif(not features.check("avif"), reason="this Pillow was built without AVIF")
 
 
-def smooth_frame(height: int, width: int) -> Frame:
+def smooth_frame(height: int, width: int) -> bg.Frame:
     """Muted colors that change slowly, so that four pixels have one chroma; thinner to the right."""
     y, x = np.mgrid[:height, :width] / height
     rgb = np.stack([0.5 + 0.2 * np.sin(2 * x), 0.5 + 0.2 * np.cos(2 * y), 0.4 + 0.1 * x], -1)
     alpha = (1 - 0.5 * x).astype(np.float32)
     rgb = rgb.astype(np.float32)
-    return Frame(rgb * alpha[..., None], alpha)
+    return bg.Frame(rgb * alpha[..., None], alpha)
 
 
 @for_each(("height", "width", "bits"), [(48, 64, None), (48, 64, 8), (48, 64, 10), (33, 41, 8)])

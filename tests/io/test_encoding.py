@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.formats.scenes.columns import Encoding
 from tests.doctor import plant
 from tests.doctor.scenes import ball
 from tests.kit.for_each import for_each
@@ -13,10 +12,10 @@ from tests.kit.for_each import for_each
 @for_each(
     ("way", "encoding", "atol"),
     [
-        (plant.linear_scales, Encoding(scales="linear"), 1e-6),
-        (plant.linear_opacities, Encoding(opacities="linear"), 1e-6),
-        (plant.byte_opacities, Encoding(opacities="byte"), 0.51 / 255),
-        (plant.xyzw, Encoding(quats="xyzw"), 1e-6),
+        (plant.linear_scales, bg.Encoding(scales="linear"), 1e-6),
+        (plant.linear_opacities, bg.Encoding(opacities="linear"), 1e-6),
+        (plant.byte_opacities, bg.Encoding(opacities="byte"), 0.51 / 255),
+        (plant.xyzw, bg.Encoding(quats="xyzw"), 1e-6),
     ],
 )
 def test_another_encoding_is_read_if_given(way, encoding, atol, tmp_path):
@@ -29,7 +28,7 @@ def test_another_encoding_is_read_if_given(way, encoding, atol, tmp_path):
 @for_each(("way", "colors", "step"), [(plant.linear_colors, "rgb", 0), (plant.byte_colors, "byte", 0.5)])
 def test_rgb_is_read_if_given(way, colors, step, tmp_path):
     path = plant.write(way(plant.columns_of(ball(), tmp_path)), tmp_path / "a.ply")
-    found = 0.5 + plant.C0 * bg.load(path, Encoding(colors=colors)).sh[:, 0]
+    found = 0.5 + plant.C0 * bg.load(path, bg.Encoding(colors=colors)).sh[:, 0]
     expected = np.clip(0.5 + plant.C0 * bg.load(tmp_path / "sound.ply").sh[:, 0], 0, 1)
     np.testing.assert_allclose(found, expected, rtol=0, atol=step / 255 + 1e-6)
 
@@ -37,4 +36,4 @@ def test_rgb_is_read_if_given(way, colors, step, tmp_path):
 @for_each("name", ["scales", "opacities", "quats"])
 def test_an_unknown_encoding_is_refused(name):
     with pytest.raises(ValueError, match=f"Encoding: {name} must be one of .*, got 'odd'"):
-        Encoding(**{name: "odd"})
+        bg.Encoding(**{name: "odd"})

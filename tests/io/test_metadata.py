@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.errors import SceneError
 from brushgs.formats.pictures.encoding import choose_encoding
 from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.formats.pictures.metadata import is_painted_by, metadata_text, read_metadata
 from brushgs.formats.pictures.oiio import video_pixels
 from brushgs.formats.pictures.video import open_video
 from brushgs.formats.registry import PICTURE_SUFFIXES, VIDEO_SUFFIXES, find_written
-from brushgs.values.frame import Frame
 from brushgs.values.shot import Origin, Shot
 from brushgs.version import __version__
 
@@ -26,9 +24,9 @@ EPOCH = b"1970:01:01 00:00:00"  # no file holds the time of day
 FORMATS = [*PICTURE_SUFFIXES, *VIDEO_SUFFIXES]
 
 
-def picture(seed: int = 0) -> Frame:
+def picture(seed: int = 0) -> bg.Frame:
     rgb = np.random.default_rng(seed).random((24, 32, 3)).astype(np.float32)
-    return Frame(rgb, np.ones((24, 32), np.float32))
+    return bg.Frame(rgb, np.ones((24, 32), np.float32))
 
 
 def write(path: Path, shot: Shot | None) -> Path:
@@ -72,6 +70,6 @@ def test_a_file_says_how_it_was_painted_and_stays_the_same(tmp_path, suffix):
 def test_what_is_no_picture_is_refused_and_never_the_same_painting(tmp_path, name):
     (tmp_path / "words.png").write_text("words")
     (tmp_path / "words.mp4").write_text("words")
-    with pytest.raises(SceneError, match=name):
+    with pytest.raises(bg.SceneError, match=name):
         read_metadata(tmp_path / name)
     assert not is_painted_by(tmp_path / name, ORIGIN)

@@ -18,7 +18,6 @@ from brushgs.options.sequence import PathConfig
 from brushgs.passes.add.behind import behind
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.views import choose_camera, choose_first_view
-from brushgs.rendering.plain import plain_views
 from tests.io.ply_maker import element_bytes, write_ply_file
 from tests.kit.for_each import for_each
 from tests.kit.refused import refuse
@@ -141,12 +140,12 @@ def test_what_lies_behind_is_painted_over_wherever_the_camera_sways(tmp_path):
     filled = bg.Gaussians.joined([gaussians, added])
 
     def holes(scene) -> float:
-        frames = plain_views(scene, path.cameras).frames
+        frames = bg.plain_views(scene, path.cameras).frames
         return max(float((frame.alpha < 0.5).mean()) for frame in frames)
 
     assert holes(gaussians) > 0.04
     assert holes(filled) <= 0.005
-    own, other = (plain_views(scene, path.cameras[:1]).frames[0] for scene in (gaussians, filled))
+    own, other = (bg.plain_views(scene, path.cameras[:1]).frames[0] for scene in (gaussians, filled))
     assert np.abs(own.over("white") - other.over("white")).mean() < 0.01  # the photograph stays what it was
 
 
@@ -176,7 +175,7 @@ def test_a_photograph_is_a_scene_of_one_layer(tmp_path):
     gaussians, notes = read_scene(picture(tmp_path / "a.png"))
     camera = notes.photograph
     assert (camera.width, camera.height) == (64, 48)
-    shown = plain_views(gaussians, [camera]).frames[0]
+    shown = bg.plain_views(gaussians, [camera]).frames[0]
     expected = read_image(tmp_path / "a.png")[..., :3]
     assert -10 * np.log10(np.mean((shown.over("black") - expected) ** 2)) > 20
     sides = np.unique(gaussians.scales[:, 0])

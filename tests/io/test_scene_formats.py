@@ -9,7 +9,6 @@ import pytest
 import brushgs as bg
 from brushgs.formats import registry
 from brushgs.formats.format import begins_with, has_suffix
-from brushgs.formats.scenes.columns import Encoding
 from tests.io.scenes import splat_format
 
 
@@ -37,4 +36,4 @@ def test_the_readme_names_every_format_of_scenes():
 def test_an_encoding_is_refused_where_the_format_fixes_it(tmp_path):
     (tmp_path / "a.splat").write_bytes(splat_format.encode(splat_format.make(3)))
     with pytest.raises(bg.SceneError, match="whose encoding is fixed; omit the encoding"):
-        bg.load(tmp_path / "a.splat", Encoding(scales="linear"))
+        bg.load(tmp_path / "a.splat", bg.Encoding(scales="linear"))

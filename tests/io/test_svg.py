@@ -13,7 +13,6 @@ from brushgs.brushes.soft import dot_brush, pen_brush
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.pictures.metadata import read_metadata
 from brushgs.formats.pictures.svg import write_svg
-from brushgs.options.look import Look
 from brushgs.options.painting import ViewConfig
 from brushgs.options.rules import Rule, Rules
 from brushgs.options.where import Where
@@ -23,9 +22,6 @@ from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.marks import LaidCoat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.paths import paths_of
-from brushgs.values.boxes import Boxes
-from brushgs.values.camera import Camera
-from brushgs.values.gaussians import Gaussians
 from brushgs.values.paths import Path2D, PathGroup, Paths
 from brushgs.values.shot import Origin
 from tests.kit.for_each import for_each
@@ -44,7 +40,7 @@ def scene(tmp_path_factory):
 
 
 def config_of(look):
-    config = Look.open(look).config
+    config = bg.Look.open(look).config
     return replace(
         config,
         strokes=replace(config.strokes, see="off", focus=None),
@@ -91,16 +87,16 @@ def test_layers_are_coats_in_painting_order_and_regions(scene, tmp_path):
 
 
 def test_a_dot_half_hidden_has_half_of_the_paint():
-    camera = Camera.look_at((0, 0, -4), (0, 0, 0), width=800, height=600, fov_y=0.8)
+    camera = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=800, height=600, fov_y=0.8)
     brush, one = dot_brush(), np.ones(1)
-    boxes = Boxes(
+    boxes = bg.Boxes(
         *(
             np.array(column)
             for column in ([[400.0, 300.0]], [[1.2, 1.2]], [0.0], [1.0], [[0.0, 0, 0]], [0.8])
         ),
         ids=np.zeros(1, np.int32),
     )
-    strokes = Gaussians(np.zeros((1, 3)), np.eye(1, 4), np.ones((1, 3)), one, np.zeros((1, 1, 3)))
+    strokes = bg.Gaussians(np.zeros((1, 3)), np.eye(1, 4), np.ones((1, 3)), one, np.zeros((1, 1, 3)))
     coat = Coat("dots", strokes, brush, RenderOptions.of(brush))
 
     def opacity(depth):
@@ -116,11 +112,11 @@ def test_a_dot_half_hidden_has_half_of_the_paint():
 
 
 def test_a_line_of_which_paper_takes_paint_is_narrower_and_not_lighter_than_that_share():
-    camera = Camera.look_at((0, 0, -4), (0, 0, 0), width=80, height=60, fov_y=0.8)
+    camera = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=80, height=60, fov_y=0.8)
     brush, one = pen_brush(), np.ones(1)
     columns = ([[40.0, 30.0]], [[20.0, 0.8]], [0.0], [1.0], [[0.0, 0, 0]], [1.0])
-    boxes = Boxes(*map(np.array, columns), ids=np.zeros(1, np.int32))
-    strokes = Gaussians(np.zeros((1, 3)), np.eye(1, 4), np.ones((1, 3)), one, np.zeros((1, 1, 3)))
+    boxes = bg.Boxes(*map(np.array, columns), ids=np.zeros(1, np.int32))
+    strokes = bg.Gaussians(np.zeros((1, 3)), np.eye(1, 4), np.ones((1, 3)), one, np.zeros((1, 1, 3)))
     coat = Coat("lines", strokes, brush, RenderOptions.of(brush), dry=0.3)
 
     def line(share):

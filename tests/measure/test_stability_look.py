@@ -13,10 +13,7 @@ from brushgs.measure.stability import report_stability
 from brushgs.measure.stability.look_painters import behind, is_bare, main_coat
 from brushgs.measure.stability.measure import FrameSchedule
 from brushgs.measure.warp import View
-from brushgs.options.clip import ClipConfig
 from brushgs.options.experiments import StabilityConfig
-from brushgs.options.look import Look
-from brushgs.options.moment import Moment
 from brushgs.options.painting import PaintConfig, StrokesConfig, ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.clip import Clip
@@ -36,7 +33,7 @@ SIZE = (64, 48)
 
 def painting(look, *, count=120, has_stage=False):
     """A look in a small picture of few strokes, made without views, which take most of the time."""
-    config = Look.open(look).config
+    config = bg.Look.open(look).config
     return replace(
         config,
         view=ViewConfig(size=SIZE, azimuth=0.5, look_at="scene"),
@@ -82,7 +79,7 @@ def test_figures_are_those_of_the_frames_that_render_writes(scene, tmp_path):
 
 
 def test_a_scene_that_moves_has_figures_in_a_look(tmp_path):
-    clip = Clip(still_life_moving(1000), ClipConfig(start=Moment(1.2), end=Moment(1.3)))
+    clip = Clip(still_life_moving(1000), bg.ClipConfig(start=bg.Moment(1.2), end=bg.Moment(1.3)))
     report, value = written(clip, tmp_path, painting("oil"), None)
     found = report.result
     names = [figures["name"] for figures in value["stability"]["configurations"]]

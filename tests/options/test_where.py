@@ -73,13 +73,7 @@ TOKENS += ["sphere:", "height:", "color:", "#ff0000", "box:0,0,0,1,1,1"]
 
 
 @settings(max_examples=150, deadline=None)
-@given(
-    st.lists(
-        st.sampled_from(TOKENS),
-        max_size=30,
-    ).map("".join)
-    | st.text(max_size=60)
-)
+@given(st.lists(st.sampled_from(TOKENS), max_size=30).map("".join) | st.text(max_size=60))
 def test_any_text_is_a_part_or_one_sentence(text):
     where, refusal = None, "where must "
     try:

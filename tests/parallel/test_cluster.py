@@ -15,7 +15,6 @@ from distributed import Client
 
 import brushgs as bg
 from brushgs import __version__, cli
-from brushgs.errors import SceneError
 from brushgs.formats.scenes.read import open_files
 from brushgs.options.sequence import SequenceConfig
 from brushgs.pipeline.blocks.budget import Budget
@@ -131,7 +130,7 @@ def test_an_item_that_always_kills_its_worker_is_named(address, monkeypatch):
 def test_an_error_of_the_work_arrives_as_it_is_and_in_its_turn(address):
     results = parallel_map(work.fail_at_3, range(9), scheduler=address)
     assert [next(results) for _ in range(3)] == [0, 1, 2]
-    with pytest.raises(SceneError, match=r"^a\.ply: is bad"):
+    with pytest.raises(bg.SceneError, match=r"^a\.ply: is bad"):
         next(results)
 
 

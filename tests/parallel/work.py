@@ -8,7 +8,6 @@ from pathlib import Path
 
 import brushgs as bg
 from brushgs.core.threads import num_threads_or_default
-from brushgs.errors import SceneError, SceneWarning
 
 
 def square(x):
@@ -38,12 +37,12 @@ def die(_):
 
 def fail_at_3(x):
     if x == 3:
-        raise SceneError("a.ply", "is bad")
+        raise bg.SceneError("a.ply", "is bad")
     return x
 
 
 def warn(x):
-    warnings.warn(SceneWarning(f"item {x} is odd"), stacklevel=1)
+    warnings.warn(bg.SceneWarning(f"item {x} is odd"), stacklevel=1)
     return x
 
 

@@ -12,7 +12,6 @@ import brushgs as bg
 from brushgs.core.native import core as _core
 from brushgs.core.threads import at_most
 from brushgs.passes.color.key_light import KeyLight
-from brushgs.passes.color.recolor import Palette
 from brushgs.passes.color.tone import grade, tones
 from brushgs.passes.color.values import Values
 from brushgs.passes.form.choose_brushes import mix_brushes
@@ -25,7 +24,6 @@ from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.contribution import visible_shares
 from brushgs.passes.reduce.detail import color_detail
 from brushgs.passes.reduce.worth import worth_keeping
-from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import rotation_matrices
 from tests.kit.for_each import for_each
 from tests.passes.color.test_key import place_of
@@ -46,7 +44,7 @@ from tests.passes.scenes import (
 
 MANY = 5000  # rows, enough for several threads
 VIEWS = [bg.Camera.look_at((x, 0, -4), (0, 0, 0), width=160, height=120) for x in (-0.6, 0.0, 0.6)]
-PALETTE = Palette.of_image(painting())
+PALETTE = bg.Palette.of_image(painting())
 
 
 @dataclass(frozen=True)
@@ -60,17 +58,17 @@ class Pass:
         rtol, atol: of its outcome, which has no unit.
     """
 
-    work: Callable[[Gaussians, Callable[[Gaussians], Gaussians]], Any]
-    scene: Callable[[int], Gaussians] = random_gaussians
+    work: Callable[[bg.Gaussians, Callable[[bg.Gaussians], bg.Gaussians]], Any]
+    scene: Callable[[int], bg.Gaussians] = random_gaussians
     laws: str = "order unit place"
     rtol: float = 1e-7
     atol: float = 1e-9
 
 
-def kept(work: Callable[[Gaussians], Gaussians]) -> Callable:
+def kept(work: Callable[[bg.Gaussians], bg.Gaussians]) -> Callable:
     """Which rows a pass keeps that leaves some out."""
 
-    def rows(gaussians: Gaussians, _: object) -> np.ndarray:
+    def rows(gaussians: bg.Gaussians, _: object) -> np.ndarray:
         numbered = replace(gaussians, ids=np.arange(len(gaussians), dtype=np.int32))
         return np.isin(numbered.ids, work(numbered).ids)
 
@@ -78,30 +76,30 @@ def kept(work: Callable[[Gaussians], Gaussians]) -> Callable:
 
 
 @cache
-def floor() -> Gaussians:
+def floor() -> bg.Gaussians:
     return planks(4000, 1, frame=turned_frame())[1]
 
 
 def oriented(field: str) -> Pass:
-    def work(strokes: Gaussians, moved: Callable[[Gaussians], Gaussians]) -> Gaussians:
+    def work(strokes: bg.Gaussians, moved: Callable[[bg.Gaussians], bg.Gaussians]) -> bg.Gaussians:
         return bg.orient(strokes, moved(floor()), field)
 
     return Pass(work, lambda num: planks(1, num, frame=turned_frame())[0], rtol=1e-6)
 
 
-def faint(num: int) -> Gaussians:
+def faint(num: int) -> bg.Gaussians:
     strokes = random_gaussians(num, 5, size=0.15)
     return replaced(strokes, opacities=strokes.opacities**4)
 
 
-def sparse(num: int) -> Gaussians:
+def sparse(num: int) -> bg.Gaussians:
     """A ball, and a tenth of it far around."""
     scene = random_gaussians(num, size=0.05)
     away = np.where(np.arange(num) % 10, 0.3, 9.0)
     return replaced(scene, means=scene.means * away[:, None])
 
 
-def layer(num: int) -> Gaussians:
+def layer(num: int) -> bg.Gaussians:
     """Discs beside each other."""
     rows = np.arange(num)
     means = np.stack([rows % 17, rows // 17, 0.1 * np.sin(rows)], axis=1)
@@ -111,11 +109,11 @@ def layer(num: int) -> Gaussians:
     return replaced(strokes, means=means, quats=upright, scales=sizes, opacities=np.full(num, 0.9))
 
 
-def surfaces(num: int) -> Gaussians:
+def surfaces(num: int) -> bg.Gaussians:
     return wall(num, colors=0.05, normals=0.4, sizes=0.2)
 
 
-def gaps(strokes: Gaussians, _: object) -> np.ndarray:
+def gaps(strokes: bg.Gaussians, _: object) -> np.ndarray:
     order = np.argsort(strokes.scales, axis=1)
     axes = np.take_along_axis(rotation_matrices(strokes.quats.astype(float)), order[:, None], axis=2)
     sizes = np.take_along_axis(strokes.scales, order, axis=1)
@@ -123,27 +121,27 @@ def gaps(strokes: Gaussians, _: object) -> np.ndarray:
     return _core.growth(*(np.ascontiguousarray(column, float) for column in columns), 2)
 
 
-def in_its_light(strokes: Gaussians, moved: Callable[[Gaussians], Gaussians]) -> Gaussians:
+def in_its_light(strokes: bg.Gaussians, moved: Callable[[bg.Gaussians], bg.Gaussians]) -> bg.Gaussians:
     lamp = np.array([0.6, -0.8, 0.0])
     return KeyLight.of(strokes, (), place_of(moved(random_gaussians(300)))).lit(lamp)
 
 
-def body(num: int) -> Gaussians:
+def body(num: int) -> bg.Gaussians:
     """Strokes all over a ball, light on one side."""
     means = on_sphere(max(num, 2))[:num]
     return gaussians_at(means, 3 / max(num, 1) ** 0.5, 0.5 + 0.4 * means[:, :1], quats=(1, 0.2, 0.5, 0.3))
 
 
-def defocused(strokes: Gaussians, _: object) -> Gaussians:
+def defocused(strokes: bg.Gaussians, _: object) -> bg.Gaussians:
     return defocus(strokes, focused(strokes, VIEWS, None), 0.7)
 
 
-def softened(strokes: Gaussians, _: object) -> Gaussians:
+def softened(strokes: bg.Gaussians, _: object) -> bg.Gaussians:
     edges = find_edges(strokes, VIEWS, Around(None, (0.5, 0.5, 0.5)), focus=strokes.means[:, 0])
     return soften_edges(strokes, edges)
 
 
-def outstanding(strokes: Gaussians, _: object) -> np.ndarray:
+def outstanding(strokes: bg.Gaussians, _: object) -> np.ndarray:
     return saliency(strokes, framed(strokes if len(strokes) else random_gaussians(2)))
 
 
@@ -180,16 +178,19 @@ PASSES = {
 }
 
 
-def here(gaussians: Gaussians) -> Gaussians:
+def here(gaussians: bg.Gaussians) -> bg.Gaussians:
     return gaussians
 
 
 def found(
-    one: Pass, gaussians: Gaussians, moved: Callable[[Gaussians], Gaussians] = here, unit: float = 1.0
+    one: Pass,
+    gaussians: bg.Gaussians,
+    moved: Callable[[bg.Gaussians], bg.Gaussians] = here,
+    unit: float = 1.0,
 ) -> dict[str, np.ndarray]:
     """Columns of the outcome, without a unit."""
     result = one.work(gaussians, moved)
-    if not isinstance(result, Gaussians):
+    if not isinstance(result, bg.Gaussians):
         return result if isinstance(result, dict) else {"": np.asarray(result)}
     columns = {"moved": (result.means - gaussians.means) / unit, "shapes": covariances(result) / unit**2}
     columns |= {"opacities": result.opacities, "sh": result.sh}
@@ -273,7 +274,7 @@ def test_dtype_and_what_a_pass_is_not_about_are_kept(name, dtype):
     ids = np.random.default_rng(2).permutation(300).astype(np.int32)
     given = replace(given, ids=ids, finest=1e-6, antialiased=True)
     result = PASSES[name].work(given, lambda gaussians: gaussians.astype(dtype))
-    if isinstance(result, Gaussians):
+    if isinstance(result, bg.Gaussians):
         for column in ("means", "quats", "scales", "opacities", "sh"):
             assert getattr(result, column).dtype == dtype, column
         np.testing.assert_array_equal(result.ids, ids)
@@ -300,7 +301,7 @@ def test_strange_strokes_come_out_finite(name, scene, dtype):
     """`Gaussians` itself refuses what is not finite and opacities out of range."""
     strokes = strange_strokes()[scene].astype(dtype)
     result = PASSES[name].work(strokes, lambda gaussians: gaussians.astype(dtype))
-    if isinstance(result, Gaussians):
+    if isinstance(result, bg.Gaussians):
         assert len(result) == len(strokes)
         return
     for column, values in result.items() if isinstance(result, dict) else [("", np.asarray(result))]:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.look_parts import ColorConfig
 from brushgs.options.media import Charcoal
 from brushgs.passes.color.squint import Squint, squinted
@@ -16,7 +15,6 @@ from brushgs.pipeline.media.squinting import value_errors
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering.options import RenderOptions
-from brushgs.rendering.plain import plain_views
 from brushgs.still_life import still_life_camera
 from brushgs.values.sh import C0, base_colors, seen_from, sh_basis
 from tests.kit.configs import blind
@@ -47,7 +45,7 @@ def coat(drawn, name):
 
 def correlation(picture):
     """Of squinted L* of a picture and of the plain picture, over the subject."""
-    plain = plain_views(SCENE, [CAMERA]).frames[0]
+    plain = bg.plain_views(SCENE, [CAMERA]).frames[0]
     subject = plain.alpha > 0.5
     weight = np.maximum(squinted(subject.astype(float)), 1e-9)
     lights = (
@@ -60,7 +58,7 @@ def correlation(picture):
 
 def test_the_picture_has_the_range_of_a_drawing_and_the_masses_of_the_scene(picture):
     """Here 0.85, with few strokes; of captured scenes 0.91 to 0.99."""
-    assert Squint.of(picture.rgb, plain_views(SCENE, [CAMERA]).frames[0].alpha).range >= 40
+    assert Squint.of(picture.rgb, bg.plain_views(SCENE, [CAMERA]).frames[0].alpha).range >= 40
     assert correlation(picture) >= 0.82
 
 
@@ -109,7 +107,7 @@ def test_value_errors_are_what_masses_lack_to_a_line_of_those_of_the_scene():
         means, scales = np.array([(-3.5, 0, 0), (0, 0, 0), (3.5, 0, 0)]), np.tile([1.9, 9, 0.1], (3, 1))
         return bg.Gaussians(means, np.tile([1.0, 0, 0, 0], (3, 1)), scales, np.ones(3), sh)
 
-    kernel, scene = StrokeTexture.open("gaussian"), bands(0.1, 0.5, 0.6)
+    kernel, scene = bg.StrokeTexture.open("gaussian"), bands(0.1, 0.5, 0.6)
     options = RenderOptions.of(kernel)
     materials = Materials(scene, kernel, options, Charcoal(), ColorConfig(), None, cameras=[camera])
     as_it_is, found = value_errors(materials, [materials.smudge("as it is", scene)], 40)
@@ -122,7 +120,7 @@ def test_value_errors_are_what_masses_lack_to_a_line_of_those_of_the_scene():
 
 
 def test_a_lamp_leaves_the_scene_as_many_of_its_values_as_they_are_to_keep():
-    views, weight = plain_views(SCENE, [CAMERA]), np.ones((4, 8))
+    views, weight = bg.plain_views(SCENE, [CAMERA]), np.ones((4, 8))
     plain, lit = np.random.default_rng(0).random((2, 4, 8))
     for key, least in ((0.35, 0.94), (0.7, 0.79)):
         held = Motif.of(views, key, 1).held(lit, plain, weight)

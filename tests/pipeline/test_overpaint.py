@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 import brushgs as bg
-from brushgs.brushes.brush_set import BrushSet
 from brushgs.pipeline.overpaint import Overpainted, overpainted
 from brushgs.pipeline.report import Report
 from brushgs.rendering.canonical import fit_canonical
@@ -17,7 +16,7 @@ from tests.scenes import still_life_of
 
 
 def test_fields_turn_with_combed_strokes_and_others_keep_theirs():
-    strokes, flat = bg.cluster(still_life_of(1000), 60), BrushSet.open("flat")
+    strokes, flat = bg.cluster(still_life_of(1000), 60), bg.BrushSet.open("flat")
     options, fields = RenderOptions.of(flat, lock="canonical"), fit_canonical(strokes)
     coat = Coat("strokes", strokes, flat, options, fields=fields)
     middle = strokes.means.astype(np.float64).mean(axis=0)

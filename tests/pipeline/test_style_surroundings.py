@@ -9,10 +9,8 @@ import brushgs as bg
 from brushgs.formats.styles import read_style, write_style
 from brushgs.options.painting import ViewConfig
 from brushgs.options.styling import DIALS
-from brushgs.outlets.learn_style import learn_style
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.styling import styled
 from brushgs.still_life import still_life_camera
 from brushgs.values.colors import oklab_of
 from brushgs.values.sh import base_colors
@@ -55,12 +53,12 @@ def folder(tmp_path_factory):
         picture = drawing(*colors)
         frame = bg.Frame(np.float32(picture), np.ones(picture.shape[:2], np.float32))
         bg.save(frame, path / f"{name}.png")
-        write_style(learn_style(path / f"{name}.png"), path / f"{name}.style")
+        write_style(bg.learn_style(path / f"{name}.png"), path / f"{name}.style")
     return path
 
 
 def painted(folder, text):
-    config = SMALL if text is None else styled(SMALL, f"{folder}/{text}")
+    config = SMALL if text is None else bg.styled(SMALL, f"{folder}/{text}")
     return bg.paint(still_life_of(1000), config, camera=CAMERA).over((1.0, 1.0, 1.0))
 
 
@@ -87,7 +85,7 @@ def coats_with(folder):
 
     def coats(*names):
         dials = ";".join(f"{dial}={int(dial in names)}" for dial in DIALS)
-        config = styled(SMALL, f"{folder}/lined.style;{dials}")
+        config = bg.styled(SMALL, f"{folder}/lined.style;{dials}")
         painting = prepare(still_life_of(1000), config, Report(), asks=PICTURE).painting
         return {coat.name: coat.strokes for coat in painting.coats}
 

@@ -15,13 +15,7 @@ from brushgs.formats.pictures.images import read_image
 from brushgs.options.painting import ViewConfig
 from brushgs.pipeline import views_sheet
 from brushgs.pipeline.report import Report
-from brushgs.pipeline.views_sheet import (
-    CELL,
-    NUM_AZIMUTHS,
-    plan_sheet,
-    sheet_beside,
-    write_sheet,
-)
+from brushgs.pipeline.views_sheet import CELL, NUM_AZIMUTHS, plan_sheet, sheet_beside, write_sheet
 from brushgs.rendering import letters
 from tests.first_view.made_walks import street
 from tests.kit.for_each import for_each

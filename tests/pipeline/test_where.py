@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.errors import SceneWarning
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.where import Where, WhereConfig
 from brushgs.passes.color.recolor import Palette, recolor
@@ -58,7 +57,7 @@ def test_commands_leave_the_rest_as_it_is(stored, scene, folder, capsys):
 
 def test_all_of_a_scene_as_its_part_is_told(stored):
     report = Report()
-    with pytest.warns(SceneWarning, match="--where sphere:0,0,0,900 changes nothing, since all"):
+    with pytest.warns(bg.SceneWarning, match="--where sphere:0,0,0,900 changes nothing, since all"):
         where_in(stored, WhereConfig(Where.parse("sphere:0,0,0,900")), None, report)
     assert report.stages[0].skipped == ["limiting to a part: all of the scene lies in it"]
 

@@ -11,7 +11,6 @@ import torch.nn.functional as F  # noqa: E402, N812
 
 import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
-from brushgs.passes.color.recolor import Palette, recolor  # noqa: E402
 from brushgs.refine.filter_bank import REACH, FilterBank, oriented_filters  # noqa: E402
 from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.nnfm import NearestStyle  # noqa: E402
@@ -38,7 +37,7 @@ def painting():
 
 @pytest.fixture(scope="module")
 def scene(painting):
-    return recolor(still_life_of(1000), Palette.of_image(painting))
+    return bg.recolor(still_life_of(1000), bg.Palette.of_image(painting))
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.soft import soft_brush
+from brushgs.measure.likeness import psnr
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions, render_with
@@ -23,10 +23,6 @@ SCENE = still_life_of(6000)
 PLAIN = render_with(SCENE, CAMERA, KERNEL, RenderOptions.of(KERNEL))
 
 
-def psnr(one, other):
-    return float(-10 * np.log10(np.mean((one.rgb - other.rgb) ** 2)))
-
-
 def coat(strokes, texture=FLAT, **options):
     made = RenderOptions.of(texture, **{"underpaint": True, "streaks": 0.3} | options)
     return Coat("strokes", strokes, texture, made)
@@ -37,11 +33,11 @@ def coat(strokes, texture=FLAT, **options):
     [{}, {"order": "soft"}, {"relief": Relief()}, {"underpaint": False}],
     ids=["plain", "soft order", "relief", "no underpaint"],
 )
-@for_each("texture", [FLAT, BrushSet.open("flat,dab")], ids=["one brush", "two"])
+@for_each("texture", [FLAT, bg.BrushSet.open("flat,dab")], ids=["one brush", "two"])
 def test_a_coat_without_strokes_is_the_plain_picture(texture, options):
     nothing = SCENE.take(slice(0))
     frame = Painting((coat(nothing, texture, **options).showing(SCENE),)).frame(CAMERA)
-    assert psnr(frame, PLAIN) > 48
+    assert psnr(frame.rgb, PLAIN.rgb) > 48
     np.testing.assert_allclose(frame.alpha, PLAIN.alpha, atol=0.03)
     if "relief" in options:
         assert np.abs(frame.height).max() == 0

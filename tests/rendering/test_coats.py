@@ -3,11 +3,9 @@ from dataclasses import replace
 import numpy as np
 
 import brushgs as bg
-from brushgs.brushes.texture import StrokeTexture
 from brushgs.core.native import core as _core
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.light import Lamp
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import Surface, paper
@@ -16,7 +14,7 @@ from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 
 CAMERA = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=96, height=72)
-TEXTURE = StrokeTexture.open("flat")
+TEXTURE = bg.StrokeTexture.open("flat")
 PLANES = "rgb", "alpha", "depth", "height"
 OPTIONS = RenderOptions.of(TEXTURE, num_threads=1)
 
@@ -98,11 +96,11 @@ def test_light_changes_the_picture_only_where_there_is_height():
     strokes = strokes_at(0, (0.8, 0.2, 0.1))
     surface = paper((0.9, 0.8, 0.7), height=72, width=96, strength=3)
     unlit = Painting((coat(strokes),), surface).frame(CAMERA)
-    lit = Painting((coat(strokes),), surface, Lamp()).frame(CAMERA)
+    lit = Painting((coat(strokes),), surface, bg.Lamp()).frame(CAMERA)
     assert lit.height is not None
     bare = unlit.rgb[:8, :8], lit.rgb[:8, :8]  # of the paper alone
     assert np.abs(bare[1] - bare[0]).max() > 0.005
-    board = Painting((coat(strokes),), surface_of(), Lamp()).frame(CAMERA)
+    board = Painting((coat(strokes),), surface_of(), bg.Lamp()).frame(CAMERA)
     np.testing.assert_array_equal(board.rgb, Painting((coat(strokes),), surface_of()).frame(CAMERA).rgb)
 
 
@@ -150,11 +148,11 @@ def test_only_while_the_camera_moves_paint_hides_the_height_below_it():
     above, below = relief_coat(-1, 1, opacity=0.99), relief_coat(1, 2)
     canvas = surface_of(height=np.random.default_rng(0).uniform(0, 1, (72, 96)).astype(np.float32))
     for coats, surface in (((below, above), surface_of()), ((above,), canvas)):
-        still = Painting(coats, surface, Lamp())
+        still = Painting(coats, surface, bg.Lamp())
         heights = {}
         for is_moving in (False, True):
             whole = replace(still, is_moving=is_moving).frame(CAMERA)
-            alone = Painting((above,), surface_of(), Lamp(), is_moving=is_moving).frame(CAMERA)
+            alone = Painting((above,), surface_of(), bg.Lamp(), is_moving=is_moving).frame(CAMERA)
             heights[is_moving] = np.abs(whole.height - alone.height)
         is_covered = replace(still, coats=(above,), surface=None).frame(CAMERA).alpha > 0.98
         assert is_covered.sum() > 200

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.brushes.texture import StrokeTexture
 from brushgs.options.choices import LAYERS
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
@@ -26,7 +25,7 @@ from tests.passes.scenes import random_gaussians
 from tests.scenes import still_life_of
 
 CAMERA = bg.Camera.look_at((0.3, -0.8, -6), (0, 0, 0), width=96, height=72)
-FLAT = StrokeTexture.open("flat")
+FLAT = bg.StrokeTexture.open("flat")
 OPTIONS = RenderOptions.of(FLAT, low_pass=0.0)
 ALL = Wanted((*LAYERS,), deep=True)
 LOOKS = "plain", "oil", "charcoal", "ink", "watercolour"
@@ -101,8 +100,8 @@ def test_a_matte_says_which_stroke_covers_a_pixel():
         regions=np.uint8([0, 2, 1]),
     )
     camera = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=96, height=72)
-    options = RenderOptions.of(StrokeTexture.open("ellipse"))
-    painting = replace(painting_of(strokes, options, StrokeTexture.open("ellipse")), region_names=("sky",))
+    options = RenderOptions.of(bg.StrokeTexture.open("ellipse"))
+    painting = replace(painting_of(strokes, options, bg.StrokeTexture.open("ellipse")), region_names=("sky",))
     layers = painting.frame(camera, wanted=Wanted(("stroke", "id"))).layers
     left, right, between = (36, 36), (36, 60), (36, 48)
     names = {place: name_at(layers["stroke"], place) for place in (left, right, between)}
@@ -186,7 +185,7 @@ def test_motion_leads_to_the_same_place_of_the_same_stroke(move, underpaint):
 
 def test_round_kernels_do_not_spin_where_their_axes_change_places():
     """A Gaussian that is hardly longer than wide, and then hardly wider than long."""
-    kernel = StrokeTexture.open("gaussian")
+    kernel = bg.StrokeTexture.open("gaussian")
     options = RenderOptions.of(kernel)
     places = {"means": np.zeros((1, 3), np.float32), "quats": np.float32([[1, 0, 0, 0]])}
     places["opacities"] = np.ones(1, np.float32)

@@ -12,13 +12,7 @@ from brushgs.rendering.motion import COLOR
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import project
 from brushgs.rendering.rasterize import rasterize
-from brushgs.rendering.relief import (
-    GAIN,
-    LEAST_LIGHT_RANGE,
-    THICKNESS,
-    Relief,
-    light_range,
-)
+from brushgs.rendering.relief import GAIN, LEAST_LIGHT_RANGE, THICKNESS, Relief, light_range
 from brushgs.still_life import still_life_camera
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.gaussians import Gaussians

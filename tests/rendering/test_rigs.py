@@ -10,14 +10,11 @@ import brushgs as bg
 from brushgs.options.projection import ProjectionConfig
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.light import Lamp, light
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.rigs import Rig, directions_between
 from brushgs.rendering.sphere import Sphere, lit_all_around, sphere_of
 from brushgs.rendering.wanted import Following, Wanted
-from brushgs.values.camera import Camera
-from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 from tests.scenes import still_life_of
@@ -25,7 +22,7 @@ from tests.scenes import still_life_of
 FLAT = bg.StrokeTexture.open("flat")
 WIDTH = 256
 EQUIRECT = Rig(ProjectionConfig(projection="equirect"))
-CAMERA = Camera.look_at((0, 0, 0), (0.3, 0.1, 1), width=WIDTH, height=WIDTH // 2)
+CAMERA = bg.Camera.look_at((0, 0, 0), (0.3, 0.1, 1), width=WIDTH, height=WIDTH // 2)
 SIDE = Rig(ProjectionConfig(stereo="side"), 0.2)
 
 
@@ -53,7 +50,7 @@ def turned(camera, angle):
     return replace(camera, viewmat=turn @ camera.viewmat)
 
 
-@for_each("lamp", [None, Lamp(), Lamp(towards=(0.6, -0.64, 0.48))])
+@for_each("lamp", [None, bg.Lamp(), bg.Lamp(towards=(0.6, -0.64, 0.48))])
 @for_each("quarters", [1, 2])
 def test_the_seam_is_as_any_other_column(quarters, lamp):
     painting = painting_of(lamp=lamp)
@@ -69,7 +66,7 @@ def test_views_of_a_cube_agree_with_the_sphere():
     strokes = still_life_of(6000)
     strokes = replace(strokes, scales=np.minimum(strokes.scales, 0.08))  # none as large as a face
     painting = painting_of(strokes)
-    camera = Camera.look_at((0.5, -2.5, -4.5), (2.0, -2.5, 0), width=1024, height=512)
+    camera = bg.Camera.look_at((0.5, -2.5, -4.5), (2.0, -2.5, 0), width=1024, height=512)
     picture = painting.frame(camera).over("white")
     sphere, errors = sphere_of(EQUIRECT.projection, camera), []
     for face, turn in zip(sphere.faces(camera), sphere.turns, strict=True):
@@ -111,7 +108,7 @@ def test_depth_is_the_distance_and_normals_are_in_the_axes_of_the_camera():
     assert np.median(away) == pytest.approx(3.0, rel=0.05)
     assert (np.abs(away - 3) < 0.4).mean() > 0.95  # of a whole stroke it is that of its middle
     front = replace(painting_of(strokes), rig=None).frame(
-        Camera(CAMERA.viewmat, np.array([[64, 0, 32], [0, 64, 32], [0, 0, 1.0]]), 64, 64), wanted=wanted
+        bg.Camera(CAMERA.viewmat, np.array([[64, 0, 32], [0, 64, 32], [0, 0, 1.0]]), 64, 64), wanted=wanted
     )
     ahead = frame.layers["normal"][60:68, 124:132].reshape(-1, 3)
     there = front.layers["normal"][28:36, 28:36].reshape(-1, 3)
@@ -123,22 +120,24 @@ def test_depth_is_the_distance_and_normals_are_in_the_axes_of_the_camera():
 
 def bumps(side=64):
     height = np.random.default_rng(0).random((side, side)).astype(np.float32)
-    return Frame(np.full((side, side, 3), 0.5, np.float32), np.ones((side, side), np.float32), height=height)
+    return bg.Frame(
+        np.full((side, side, 3), 0.5, np.float32), np.ones((side, side), np.float32), height=height
+    )
 
 
 def test_light_of_level_faces_is_that_of_a_picture_and_turns_on_the_others():
-    frame, lamp, sphere = bumps(), Lamp(), Sphere(WIDTH, WIDTH // 2, 2 * pi)
+    frame, lamp, sphere = bumps(), bg.Lamp(), Sphere(WIDTH, WIDTH // 2, 2 * pi)
     K = np.array([[32.0, 0, 32], [0, 32, 32], [0, 0, 1]])
     up = next(turn for turn in sphere.turns if turn[2, 1] == -1)
-    face = Camera(np.eye(4), K, 64, 64)
+    face = bg.Camera(np.eye(4), K, 64, 64)
     level = lit_all_around(frame, lamp, face, np.array([0.0, 1, 0]), is_moving=False)
-    np.testing.assert_array_equal(level, light(frame.rgb, frame.height, lamp, alpha=frame.alpha))
+    np.testing.assert_array_equal(level, bg.light(frame.rgb, frame.height, lamp, alpha=frame.alpha))
     above = lit_all_around(frame, lamp, face, up[:, 1], is_moving=False)
     # Below the middle of the face that looks up, down is down in the picture; above it, the other way round.
     for rows, turn in ((slice(48, 62), 0.0), (slice(2, 16), pi)):
-        one = light(frame.rgb, frame.height, replace(lamp, azimuth=lamp.azimuth + turn), alpha=frame.alpha)
+        one = bg.light(frame.rgb, frame.height, replace(lamp, azimuth=lamp.azimuth + turn), alpha=frame.alpha)
         difference = np.abs(above[rows, 30:34] - one[rows, 30:34]).mean()
-        other = light(
+        other = bg.light(
             frame.rgb, frame.height, replace(lamp, azimuth=lamp.azimuth + turn + pi), alpha=frame.alpha
         )
         assert difference < 0.25 * np.abs(above[rows, 30:34] - other[rows, 30:34]).mean()
@@ -146,7 +145,7 @@ def test_light_of_level_faces_is_that_of_a_picture_and_turns_on_the_others():
 
 @for_each("rig", [SIDE, Rig(ProjectionConfig(stereo="top"), 0.2)])
 def test_eyes_are_parallel_and_half_the_distance_to_each_side(rig):
-    camera = Camera.look_at((1, -1, -4), (0, 0, 0), width=96, height=64)
+    camera = bg.Camera.look_at((1, -1, -4), (0, 0, 0), width=96, height=64)
     left, right = rig.eyes(camera)
     np.testing.assert_allclose(right.position - left.position, 0.2 * camera.viewmat[0, :3], atol=1e-12)
     np.testing.assert_allclose((right.position + left.position) / 2, camera.position, atol=1e-12)
@@ -168,7 +167,7 @@ def test_strokes_point_alike_in_both_eyes(lock):
     coat = Coat("strokes", strokes, FLAT, RenderOptions.of(FLAT, lock=lock))
     if lock == "canonical":
         coat = replace(coat, fields=fit_canonical(strokes))
-    camera = Camera.look_at((0, -1, -4), (0, 0, 0), width=96, height=64)
+    camera = bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=96, height=64)
     eyes = SIDE.eyes(camera)
     alone, locked = (
         most_turn(coat, eyes, directions) for directions in (None, directions_between([coat], camera)[0])
@@ -199,7 +198,7 @@ def test_half_spheres_of_two_eyes_lie_side_by_side():
 
 
 def test_layers_of_eyes_lie_as_their_pictures_and_motion_is_that_of_each_eye():
-    camera = Camera.look_at((0, 0, -1), (0, 0, 2), width=48, height=32)
+    camera = bg.Camera.look_at((0, 0, -1), (0, 0, 2), width=48, height=32)
     painting = painting_of(rig=SIDE)
     following = Following(painting.coats, turned(camera, 0.02))
     frame = painting.frame(camera, wanted=Wanted(("depth", "motion"), following=following))

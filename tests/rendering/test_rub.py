@@ -8,7 +8,6 @@ import pytest
 
 import brushgs as bg
 from brushgs.rendering.rub import Rub
-from brushgs.values.frame import Frame
 
 PAPER, BLACK = (0.8, 0.77, 0.7), (0.09, 0.09, 0.08)
 VALUES = (0.0, 0.2, 0.5, 0.75)
@@ -19,7 +18,9 @@ RUB = Rub(PAPER, BLACK, VALUES, 1.0, 1.5)
 def frame_of(shares, alpha=None):
     alpha = np.ones(shares.shape, np.float32) if alpha is None else alpha
     colors = np.asarray(PAPER) + shares[..., None] * (np.asarray(BLACK) - np.asarray(PAPER))
-    return Frame((colors * alpha[..., None]).astype(np.float32), alpha, np.full(shares.shape, 4, np.float32))
+    return bg.Frame(
+        (colors * alpha[..., None]).astype(np.float32), alpha, np.full(shares.shape, 4, np.float32)
+    )
 
 
 def shares_of(frame):
@@ -49,7 +50,7 @@ def test_edges_are_rubbed_more_here_than_there_and_not_at_strength_0():
 def test_coverage_never_grows_and_what_comes_in_stays(dtype):
     alpha = np.random.default_rng(0).random((240, 320)).astype(dtype)
     frame = frame_of(np.full((240, 320), 0.5), alpha)
-    frame = Frame(frame.rgb.astype(dtype), alpha, frame.depth.astype(dtype))
+    frame = bg.Frame(frame.rgb.astype(dtype), alpha, frame.depth.astype(dtype))
     before = frame.rgb.copy()
     found = RUB(frame, CAMERA, None)
     assert found.rgb.dtype == found.alpha.dtype == dtype
@@ -59,7 +60,7 @@ def test_coverage_never_grows_and_what_comes_in_stays(dtype):
 
 
 def test_nothing_stays_nothing_and_a_rub_can_be_pickled():
-    nothing = Frame(*(np.zeros((240, 320, *more), np.float32) for more in ((3,), (), ())))
+    nothing = bg.Frame(*(np.zeros((240, 320, *more), np.float32) for more in ((3,), (), ())))
     found = pickle.loads(pickle.dumps(RUB))(nothing, CAMERA, None)
     assert not found.rgb.any()
     assert not found.alpha.any()
@@ -78,13 +79,13 @@ def test_small_holes_of_a_room_take_the_tone_around_them_and_lie_far_away(dtype)
     frame = frame_of(tone, alpha)
     depth = np.where(alpha > 0, frame.depth, 0).astype(dtype)
     depth[:, 150:200] = 7
-    frame = Frame(frame.rgb.astype(dtype), alpha, depth)
+    frame = bg.Frame(frame.rgb.astype(dtype), alpha, depth)
     object_, room = (
         replace(RUB, strength=0.0, is_room=is_room)(frame, CAMERA, None) for is_room in (False, True)
     )
     assert object_.alpha[104, 54] < 0.05
     assert room.alpha[104, 54] > 0.95
-    toned = shares_of(Frame(room.rgb[:, :150], room.alpha[:, :150], None))
+    toned = shares_of(bg.Frame(room.rgb[:, :150], room.alpha[:, :150], None))
     np.testing.assert_allclose(toned[104, 54], toned[150, 100], atol=0.02)
     assert toned[25, 25] > toned[150, 100] + 0.1
     assert room.alpha[120, 300] < 0.3, "what no paint surrounds stays bare"

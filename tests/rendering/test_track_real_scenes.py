@@ -12,9 +12,7 @@ from brushgs.measure.box_events import off_axis_share, orientation_events, worst
 from brushgs.passes.motion.canonical import canonical, features_of
 from brushgs.passes.motion.rows import follow_rows
 from brushgs.passes.reduce.cluster import group
-from brushgs.rendering.project import project
 from brushgs.rendering.track_moving import track_moving
-from brushgs.values.camera import Camera
 from tests.rendering.test_track import steps_of
 from tests.rendering.test_track_moving import relative
 from tests.scenes import real_scene
@@ -29,7 +27,7 @@ def test_tracked_strokes_do_not_flip_spin_or_pop(name, up, over_poles):
     strokes = bg.cluster(bg.prune(gaussians, 0.7), 5000)
     cameras = orbit(gaussians, 240, **size, up=up_vector(up), over_poles=over_poles)
     cameras = cameras if over_poles else [*cameras, cameras[0]]
-    ellipses = [project(strokes, camera, fade=True) for camera in cameras]
+    ellipses = [bg.project(strokes, camera, fade=True) for camera in cameras]
     boxes = list(bg.track(strokes, cameras, fade=True))
     events = orientation_events(boxes, ellipses=ellipses, **size)
     assert events.stroke_frames > 350_000
@@ -57,14 +55,14 @@ def test_strokes_follow_what_moves_without_a_flip_or_a_pop():
     size = {"width": 640, "height": 360}
     right, target = np.cross(DOWN, FORWARD), np.add(EYE, 6 * np.array(FORWARD))
     eyes = np.add(EYE, 0.5 * np.sin(np.linspace(-1, 1, frames))[:, None] * right)
-    cameras = [Camera.look_at(eye, target, tuple(-np.array(DOWN)), **size) for eye in eyes]
+    cameras = [bg.Camera.look_at(eye, target, tuple(-np.array(DOWN)), **size) for eye in eyes]
     path = track_moving(strokes, cameras, motion, np.arange(float(frames)), fps=30)
     moved = [motion.pose(frame).moved(strokes) for frame in range(frames)]
     boxes = [
-        project(one, camera, lock=path.directions(frame), fade=True)
+        bg.project(one, camera, lock=path.directions(frame), fade=True)
         for frame, (one, camera) in enumerate(zip(moved, cameras, strict=True))
     ]
-    ellipses = [project(one, camera, fade=True) for one, camera in zip(moved, cameras, strict=True)]
+    ellipses = [bg.project(one, camera, fade=True) for one, camera in zip(moved, cameras, strict=True)]
     events = orientation_events(boxes, ellipses=ellipses, **size)
     assert events.stroke_frames > 100_000
     assert orientation_events(ellipses, **size).flips > 50

@@ -10,13 +10,7 @@ from itertools import chain
 from pathlib import Path
 
 from brushgs.formats.files import replacing
-from brushgs.formats.pictures.encoding import (
-    Encoding,
-    choose_encoding,
-    codec_of,
-    frame_rate,
-    video_format_of,
-)
+from brushgs.formats.pictures.encoding import Encoding, choose_encoding, codec_of, frame_rate, video_format_of
 from brushgs.formats.pictures.libav import OF_QUICKTIME, Film, VideoWriter, as_scene_error
 from brushgs.formats.pictures.oiio import Background, video_pixels
 from brushgs.formats.pictures.panorama import mark_video

@@ -228,11 +228,7 @@ def _why_no_splats(top: _SplatModel) -> str:
 
 
 def _open_splats(
-    file: _File,
-    primitive: _Primitive,
-    matrix: F64,
-    unknown: dict[str, None],
-    opened: dict[object, SceneFile],
+    file: _File, primitive: _Primitive, matrix: F64, unknown: dict[str, None], opened: dict[object, SceneFile]
 ) -> tuple[Part, SceneFile | None]:
     """The splats of one primitive, and the SPZ scene in which they are packed, or None.
 

@@ -10,7 +10,6 @@ import pytest
 
 import brushgs as bg
 from brushgs.formats.moving import dynamic3d as npz
-from brushgs.formats.moving import load_moving
 from tests.io.moving.params_maker import C0, params
 from tests.kit.for_each import for_each
 from tests.kit.refused import refuse
@@ -36,7 +35,7 @@ def meaning(arrays, moment):
 @for_each("packed", [False, True])
 def test_every_moment_is_what_its_arrays_say(tmp_path, packed):
     arrays = params(12, 40)
-    moving = load_moving(write(tmp_path / "params.npz", arrays, packed=packed))
+    moving = bg.load_moving(write(tmp_path / "params.npz", arrays, packed=packed))
     assert (moving.duration, moving.has_rows, moving.resting) == (11 / 30, True, None)
     np.testing.assert_allclose(moving.times, np.arange(12) / 30)
     for moment in (0, 5, 11, 5):
@@ -57,7 +56,7 @@ def test_colors_and_sizes_may_be_of_all_moments_or_of_each(tmp_path):
     arrays = params(4, 10)
     arrays["rgb_colors"] = arrays["rgb_colors"][:1]
     arrays["log_scales"] = np.stack([arrays["log_scales"] + moment for moment in range(4)])
-    moving = load_moving(write(tmp_path / "a.npz", arrays))
+    moving = bg.load_moving(write(tmp_path / "a.npz", arrays))
     np.testing.assert_allclose(moving.at(0.1).scales, np.exp(arrays["log_scales"][3]), rtol=1e-5)
     np.testing.assert_array_equal(moving.at(0.1).sh, moving.at(0).sh)
 
@@ -66,7 +65,7 @@ def test_a_file_of_splatam_is_a_scene_at_rest(tmp_path):
     arrays = params(1, 10) | {"w2c": np.eye(4)}
     arrays |= {name: arrays[name][0] for name in ("means3D", "unnorm_rotations", "rgb_colors")}
     arrays["log_scales"] = arrays["log_scales"][:, :1]
-    moving = load_moving(write(tmp_path / "params.npz", arrays))
+    moving = bg.load_moving(write(tmp_path / "params.npz", arrays))
     assert moving.duration == 0
     assert moving.resting.all()
     expected = np.exp(arrays["log_scales"]).repeat(3, axis=1)
@@ -77,7 +76,7 @@ def test_rows_that_cannot_be_drawn_are_unseen_and_told_once(tmp_path):
     arrays = params(5, 20)
     arrays["means3D"][2, 3, 1] = np.inf
     arrays["unnorm_rotations"][3, 4] = 0
-    moving = load_moving(write(tmp_path / "a.npz", arrays))
+    moving = bg.load_moving(write(tmp_path / "a.npz", arrays))
     words = r"a\.npz: 1 of 20 rows were dropped: .* row 3, y = inf"
     with pytest.warns(bg.SceneWarning, match=words) as caught:
         found = [moving.at(moment / 30) for moment in range(5)]
@@ -100,9 +99,9 @@ def test_an_array_of_objects_is_refused_by_name_and_never_unpickled(tmp_path):
     objects = np.empty(2, object)
     objects[:] = Trap()
     path = write(tmp_path / "params.npz", params(2, 5) | {"logit_opacities": objects})
-    refuse(path, "its array 'logit_opacities' holds Python objects, which only a pick", load_moving)
+    refuse(path, "its array 'logit_opacities' holds Python objects, which only a pick", bg.load_moving)
     path = write(tmp_path / "params.npz", params(2, 5) | {"camera": objects})
-    assert load_moving(path).duration == 1 / 30  # nothing that is read
+    assert bg.load_moving(path).duration == 1 / 30  # nothing that is read
 
 
 @for_each(
@@ -126,7 +125,7 @@ def test_an_array_of_objects_is_refused_by_name_and_never_unpickled(tmp_path):
 def test_arrays_that_do_not_fit_are_refused_by_name(tmp_path, changes, sentence):
     arrays = {name: values for name, values in (params(3, 6) | changes).items() if values is not None}
     path = write(tmp_path / "params.npz", arrays)
-    refuse(path, rf"params\.npz: .*{sentence}", lambda path: load_moving(path).at(0))
+    refuse(path, rf"params\.npz: .*{sentence}", lambda path: bg.load_moving(path).at(0))
 
 
 def rewrite(path, change, packing=zipfile.ZIP_STORED):
@@ -143,20 +142,20 @@ def test_archives_that_are_cut_off_damaged_or_of_another_kind_are_refused(tmp_pa
     content = write(path, params(3, 6), packed=True).read_bytes()
     for length in (30, len(content) // 2, len(content) - 30):
         path.write_bytes(content[:length])
-        refuse(path, r"params\.npz: is a damaged zip archive", load_moving)
+        refuse(path, r"params\.npz: is a damaged zip archive", bg.load_moving)
     path.write_bytes(content[:200] + b"\xff" * 40 + content[240:])
-    refuse(path, r"its array '\w+' is damaged", load_moving)
+    refuse(path, r"its array '\w+' is damaged", bg.load_moving)
     rewrite(write(path, params(3, 6)), lambda data: data, zipfile.ZIP_BZIP2)
-    refuse(path, "'means3D' is packed in a way that is not read", load_moving)
+    refuse(path, "'means3D' is packed in a way that is not read", bg.load_moving)
     content = bytearray(write(path, params(3, 6)).read_bytes())
     entry = content.index(b"PK\1\2")
     content[entry + 8 : entry + 10] = struct.pack("<H", 1)
     path.write_bytes(content)
-    refuse(path, "'means3D' is encrypted", load_moving)
+    refuse(path, "'means3D' is encrypted", bg.load_moving)
     monkeypatch.setattr(npz, "_SMALL", 0)
     zeros = np.zeros((3, 6000, 3), np.float32)
     write(path, params(3, 6) | {"means3D": zeros}, packed=True)
-    refuse(path, "'means3D' would grow from", load_moving)
+    refuse(path, "'means3D' would grow from", bg.load_moving)
 
 
 @for_each(
@@ -172,12 +171,12 @@ def test_archives_that_are_cut_off_damaged_or_of_another_kind_are_refused(tmp_pa
 def test_a_header_at_fault_is_refused(tmp_path, old, new, sentence):
     path = write(tmp_path / "params.npz", params(3, 6))
     rewrite(path, lambda data: data.replace(old, new, 1))
-    refuse(path, sentence, load_moving)
+    refuse(path, sentence, bg.load_moving)
 
 
 def test_a_file_that_becomes_shorter_is_told(tmp_path):
     path = write(tmp_path / "params.npz", params(30, 60))
-    moving = load_moving(path)
+    moving = bg.load_moving(path)
     path.write_bytes(path.read_bytes()[:1000])
     with pytest.raises(bg.SceneError, match="became shorter while it was read"):
         moving.at(0.9)

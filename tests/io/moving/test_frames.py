@@ -14,7 +14,6 @@ from brushgs.formats import read_scene
 from brushgs.formats.moving import load_moving, open_moving
 from brushgs.formats.moving.frames import Frames
 from brushgs.formats.scenes.write import write_scene as save_scene
-from brushgs.options.moment import Moment
 from brushgs.options.scene_source import SceneSource
 from brushgs.values.correspondence import have_same_rows
 from tests.io.moving.frame_maker import columns_at, shuffled, write_frames
@@ -292,7 +291,7 @@ def test_a_clip_of_strokes_keeps_its_brushes_unless_they_are_of_another_set(tmp_
     for time in (0, 0.01, 1):
         found = moving.at(time)
         np.testing.assert_array_equal(found.brushes, np.arange(len(found)) % 2)
-    gaussians, notes = read_scene(SceneSource((tmp_path / "s",), time=Moment(0.5, is_share=True)))
+    gaussians, notes = read_scene(SceneSource((tmp_path / "s",), time=bg.Moment(0.5, is_share=True)))
     assert notes.is_strokes
     assert notes.brushes == ("flat", "dab")
     assert gaussians.brushes is not None
@@ -310,21 +309,21 @@ def test_a_moment_is_read_as_its_file_is_and_between_files_it_is_made_of_both(tm
     paths = write_frames(tmp_path, range(5))
     for time, path, words in (
         (None, paths[0], "0.00"),
-        (Moment(2 / 24), paths[2], "0.08"),
-        (Moment(0.083), paths[2], "0.08"),
-        (Moment(1.0, is_share=True), paths[4], "0.17"),
+        (bg.Moment(2 / 24), paths[2], "0.08"),
+        (bg.Moment(0.083), paths[2], "0.08"),
+        (bg.Moment(1.0, is_share=True), paths[4], "0.17"),
     ):
         gaussians, notes = read_scene(SceneSource((tmp_path,), time=time))
         assert_same(gaussians, bg.load(path))
         assert notes.format == f"PLY, binary little-endian, moment {words} s of 0.21 s"
-    gaussians, notes = read_scene(SceneSource((tmp_path,), time=Moment(0.05)))
+    gaussians, notes = read_scene(SceneSource((tmp_path,), time=bg.Moment(0.05)))
     assert_same(gaussians, opened(tmp_path).at(0.05))
     assert notes.format == "5 moments at 24 a second, PLY, binary little-endian, moment 0.05 s of 0.21 s"
 
 
 def test_moments_that_are_not_there_are_refused(tmp_path):
     def load(path, *time, **kind):
-        return bg.load(SceneSource((path,), time=Moment(*time, **kind)))
+        return bg.load(SceneSource((path,), time=bg.Moment(*time, **kind)))
 
     paths = write_frames(tmp_path, range(4))
     fails(r"is a scene at rest, which has no moments; omit the time", load, paths[0], 0.4)

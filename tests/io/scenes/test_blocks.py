@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.errors import SceneError
 from brushgs.formats.scenes import rows
 from brushgs.formats.scenes.columns import Columns, Dropped
 from brushgs.formats.scenes.open_file import open_file
@@ -79,9 +78,9 @@ def test_a_file_that_is_cut_off_is_refused_before_the_first_block(tmp_path):
     path = write_scene(tmp_path / "a.ply", scene_columns(NUM))
     file = open_file(path, None)
     path.write_bytes(path.read_bytes()[:-100])
-    with pytest.raises(SceneError, match="cut off"):
+    with pytest.raises(bg.SceneError, match="cut off"):
         open_file(path, None).open_rows()
-    with pytest.raises(SceneError, match="became shorter while it was read"):
+    with pytest.raises(bg.SceneError, match="became shorter while it was read"):
         list(read_blocks(file.open_rows(), 0, NUM))
 
 

@@ -9,12 +9,7 @@ import pytest
 from brushgs.cli.commands import bench
 from brushgs.cli.parser import parse
 from brushgs.measure.bench.look_families import AS_IT_IS, KNOBS, Knob, plan_look_families
-from brushgs.measure.bench.look_subject import (
-    LookSubject,
-    Picture,
-    has_look,
-    num_views_of,
-)
+from brushgs.measure.bench.look_subject import LookSubject, Picture, has_look, num_views_of
 from brushgs.measure.bench.run import measure
 from brushgs.measure.bench.verify import WrongPictureError
 from brushgs.options.choices import LOOKS

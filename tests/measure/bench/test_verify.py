@@ -24,7 +24,6 @@ from brushgs.options.scene_source import SceneSource
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering.options import RenderOptions, render_with
-from brushgs.rendering.rasterize import rasterize
 from brushgs.still_life import still_life_camera
 from tests.kit.for_each import for_each
 from tests.rendering.strokes import bristles, random_boxes
@@ -156,7 +155,7 @@ def test_supersampling_is_the_mean_of_many_samples_whatever_the_strips():
     boxes, texture = random_boxes(60, 40, 70, seed=2, sizes=(1, 12)), bristles()
     found = supersampled(boxes, texture, width=40, height=70, num_threads=num_threads_or_default(None))
     large = replace(boxes, centers=FACTOR * boxes.centers, half_extents=FACTOR * boxes.half_extents)
-    whole = rasterize(large, texture, width=8 * 40, height=8 * 70, filter="bilinear", depth=False)
+    whole = bg.rasterize(large, texture, width=8 * 40, height=8 * 70, filter="bilinear", depth=False)
     np.testing.assert_allclose(
         found.rgb, whole.rgb.reshape(70, 8, 40, 8, 3).mean(axis=(1, 3)), rtol=1e-12, atol=1e-12
     )

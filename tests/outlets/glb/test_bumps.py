@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.brushes.texture import StrokeTexture
 from brushgs.outlets.glb.write import Bump, write_quads
 from brushgs.outlets.page.view import PageView
 from brushgs.rendering.canvas import Painting
-from brushgs.rendering.light import Lamp
 from brushgs.rendering.relief import Relief
 from tests.kit.for_each import for_each
 from tests.outlets.glb.glb import Glb
@@ -25,7 +23,7 @@ CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=SIDE, height=SIDE)
 VIEW = PageView(np.array([0.0, -1.0, 0.0]), np.zeros(3), 2.0, False)
 # A lamp from each side of the picture: right, up, toward the eye.
 LEFT, RIGHT, ABOVE, BELOW = (-1, 0, 1), (1, 0, 1), (0, 1, 1), (0, -1, 1)
-LAMP = Lamp(strength=0.5)
+LAMP = bg.Lamp(strength=0.5)
 RELIEF = Relief(thickness=0.0, gain=1.7)
 
 
@@ -38,7 +36,7 @@ def ridged(along=True, periods=3):
     height = np.tile(0.5 + 0.4 * np.sin(wave), (128, 1))
     height, slope = (one if along else one.T for one in (height, np.tile(np.cos(wave), (128, 1))))
     coverage = np.full((128, 128), 255, np.uint8)
-    return StrokeTexture("image", "ridged", coverage, height.astype(np.float32)), slope
+    return bg.StrokeTexture("image", "ridged", coverage, height.astype(np.float32)), slope
 
 
 def one_stroke():
@@ -86,7 +84,7 @@ def test_files_of_paint_in_relief_have_a_map_and_normals():
 def test_three_js_shades_the_ridges_by_the_side_of_the_lamp(along, open_page):
     """The difference of the pictures under two lamps follows the slope of the height; 0.985 was measured."""
     texture, slope = ridged(along)
-    written(texture, Lamp(strength=0.5, gloss=0.0), replace(RELIEF, gain=40.0))
+    written(texture, bg.Lamp(strength=0.5, gloss=0.0), replace(RELIEF, gain=40.0))
     page_of("a.glb", "a.html", SIDE, SIDE)
     page = open_page(Path("a.html").resolve(), width=SIDE, height=SIDE)
     # Paint that rises to the right is lit from the left; paint that rises downward, from above.

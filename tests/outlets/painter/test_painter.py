@@ -12,7 +12,6 @@ import brushgs as bg
 from brushgs import cli
 from brushgs.brushes.texture import without_number
 from brushgs.cameras.framing import AXES, camera_axes, fit_eye
-from brushgs.errors import SceneError
 from brushgs.first_view import find_first_view
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.scenes.spz import open_scene
@@ -31,7 +30,6 @@ from brushgs.passes.form.choose_brushes import GROUPS
 from brushgs.passes.reduce.crumbs import find_crumbs
 from brushgs.passes.reduce.worth import worth_keeping
 from brushgs.pipeline.look import open_relief
-from brushgs.rendering.light import Lamp
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.colors import oklab_of
 from brushgs.values.sh import C0
@@ -54,8 +52,10 @@ PICTURE = """window.brushgs.picture().then((blob) => blob.arrayBuffer())
     .then((bytes) => btoa(Array.from(new Uint8Array(bytes), (byte) => String.fromCharCode(byte)).join("")))"""
 
 
-def dropped(page, path, *, stage=True):
-    """Give the page a file, and wait until it is painted or refused."""
+def dropped(page, path, count=None, *, stage=True):
+    """Give the page a file, and wait until it is painted, in so many strokes, or refused."""
+    if count is not None:
+        ask_for(page, count)
     page.evaluate(
         """(has) => {
       const { looks } = window.brushgs.dropping._blank.header.painter;
@@ -67,6 +67,16 @@ def dropped(page, path, *, stage=True):
         stage,
     )
     page.set_input_files("#dropFile", path)
+    wait_until(page, DONE)
+
+
+def drop_quince(page, folder):
+    bg.save(still_life_of(1000), folder / "quince.ply")
+    dropped(page, folder / "quince.ply")
+
+
+def choose(page, field, value):
+    page.select_option(field, value)
     wait_until(page, DONE)
 
 
@@ -141,8 +151,7 @@ def test_strokes_are_those_of_an_unguided_painting(painter, tmp_path, suffix):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a .splat loses what depends on the view
         bg.save(bg.Gaussians.joined([fruit, specks]), path)
-    ask_for(painter, NUM_STROKES)
-    dropped(painter, path, stage=False)
+    dropped(painter, path, NUM_STROKES, stage=False)
     gaussians, kept, plain, strokes = strokes_of_passes(path, NUM_STROKES)
     assert len(bg.load(path)) > len(gaussians) > len(kept)
     assert len(strokes) > 0.9 * NUM_STROKES
@@ -160,12 +169,10 @@ def test_a_look_has_its_colors_brushes_ground_and_number_of_strokes(painter, tmp
     path = tmp_path / "pears.ply"
     bg.save(still_life_of(4000), path)
     dropped(painter, path, stage=False)
-    painter.select_option("#dropLook", look)
-    wait_until(painter, DONE)
+    choose(painter, "#dropLook", look)
     config = bg.Look.open(look).config
     assert painter.evaluate("window.brushgs.dropping.strokes") == config.cluster.strokes.count
-    ask_for(painter, NUM_STROKES)
-    dropped(painter, path, stage=False)
+    dropped(painter, path, NUM_STROKES, stage=False)
     gaussians, _, plain, _ = strokes_of_passes(path, NUM_STROKES)
     color, lightness, ground = config.color, config.strokes.broken_color, config.ground
     names = ("chroma", "contrast", "pivot", "shadows", "lights")
@@ -189,8 +196,7 @@ def test_a_look_has_its_colors_brushes_ground_and_number_of_strokes(painter, tmp
         toned = ground_color(gaussians, Tone(ground.lightness, ground.complement, ground.warmth))
         surface = painter.evaluate("window.brushgs.contents.header.surface")
         np.testing.assert_allclose(surface["color"], toned, atol=1e-6)
-    painter.select_option("#dropLook", "oil")
-    wait_until(painter, DONE)
+    choose(painter, "#dropLook", "oil")
 
 
 @for_each("version, degree", [(1, 0), (2, 1), (3, 2), (3, 4), (4, 0), (4, 2), (4, 4)])
@@ -224,8 +230,7 @@ def framed_in(page, view):
 def test_a_subject_is_framed_without_its_surroundings(painter, tmp_path):
     scene = on_a_plaza()
     bg.save(scene, tmp_path / "plaza.ply")
-    ask_for(painter, NUM_STROKES)
-    dropped(painter, tmp_path / "plaza.ply")
+    dropped(painter, tmp_path / "plaza.ply", NUM_STROKES)
     view = find_first_view(bg.clean(scene))
     assert view.has_surroundings
     low, high = framed_in(painter, view)
@@ -245,11 +250,9 @@ def test_crumbs_below_an_object_are_dropped_with_the_axis_that_is_up(painter, tm
     scene = bg.Gaussians.joined([block(), smears()])
     path = tmp_path / "block.ply"
     bg.save(scene, path)
-    ask_for(painter, NUM_STROKES)
-    dropped(painter, path, stage=False)
+    dropped(painter, path, NUM_STROKES, stage=False)
     for up, is_clean in (("+z", True), ("+x", False), ("+z", True)):
-        painter.select_option("#dropUp", up)
-        wait_until(painter, DONE)
+        choose(painter, "#dropUp", up)
         assert painter.evaluate("window.brushgs.contents.header.up") == list(AXES[up])
         whole = whole_scene(scene, find_first_view(scene, up=up), tmp_path / "whole.ply")
         assert len(whole) == len(scene) - (12 if is_clean else 0)
@@ -282,8 +285,7 @@ def test_the_first_view_is_upright_and_from_the_front(painter, tmp_path):
 
 
 def test_the_page_offers_its_brushes_and_shows_the_name_of_the_scene(painter, tmp_path):
-    bg.save(still_life_of(1000), tmp_path / "quince.ply")
-    dropped(painter, tmp_path / "quince.ply")
+    drop_quince(painter, tmp_path)
     options = painter.evaluate("Array.from(document.getElementById('brush').options, (one) => one.text)")
     assert tuple(options[1:]) == BRUSHES
     assert "quince" in painter.evaluate("document.getElementById('painting').getAttribute('aria-label')")
@@ -312,7 +314,7 @@ def test_paint_has_the_relief_of_oil_and_a_lamp_that_moves(painter, tmp_path):
       document.getElementById("dropHeight").dispatchEvent(new Event("input"));
     }""")
     lamp = painter.evaluate("window.brushgs.contents.header.lamp")
-    expected = Lamp(np.radians(20), np.radians(30))
+    expected = bg.Lamp(np.radians(20), np.radians(30))
     np.testing.assert_allclose(lamp["direction"], expected.direction, atol=1e-12)
     np.testing.assert_allclose(lamp["halfWay"], expected.half_way, atol=1e-12)
     assert painter.evaluate("window.brushgs.contents.header.command.options")[-1] == "20,30"
@@ -320,11 +322,9 @@ def test_paint_has_the_relief_of_oil_and_a_lamp_that_moves(painter, tmp_path):
 
 
 def test_a_plain_painting_has_no_lamp_and_is_saved_as_a_page_of_its_own(painter, open_page, tmp_path):
-    bg.save(still_life_of(1000), tmp_path / "quince.ply")
-    dropped(painter, tmp_path / "quince.ply")
+    drop_quince(painter, tmp_path)
     for look in ("plain", "oil"):
-        painter.select_option("#dropLook", look)
-        wait_until(painter, DONE)
+        choose(painter, "#dropLook", look)
         assert (painter.evaluate("window.brushgs.contents.header.lamp") is None) == (look == "plain")
         assert painter.evaluate("document.querySelector('.of-lamp').hidden") == (look == "plain")
         with painter.expect_download() as download:
@@ -343,20 +343,16 @@ def test_a_plain_painting_has_no_lamp_and_is_saved_as_a_page_of_its_own(painter,
 
 
 def test_up_turns_the_first_view(painter, tmp_path):
-    bg.save(still_life_of(1000), tmp_path / "quince.ply")
-    dropped(painter, tmp_path / "quince.ply")
-    painter.select_option("#dropUp", "+z")
-    wait_until(painter, DONE)
+    drop_quince(painter, tmp_path)
+    choose(painter, "#dropUp", "+z")
     assert painter.evaluate("window.brushgs.contents.header.up") == [0, 0, 1]
     down = painter.evaluate("window.brushgs.contents.header.camera.viewmat")[4:7]
     assert down[2] < -0.9
-    painter.select_option("#dropUp", "-y")
-    wait_until(painter, DONE)
+    choose(painter, "#dropUp", "-y")
 
 
 def test_after_a_refusal_the_scene_before_can_be_painted_anew(painter, tmp_path):
-    bg.save(still_life_of(1000), tmp_path / "quince.ply")
-    dropped(painter, tmp_path / "quince.ply")
+    drop_quince(painter, tmp_path)
     (tmp_path / "odd.ply").write_bytes(b"no scene at all")
     dropped(painter, tmp_path / "odd.ply")
     assert painter.evaluate(STATE).startswith("odd.ply: is neither a PLY nor a .splat or SPZ")
@@ -369,8 +365,7 @@ def test_after_a_refusal_the_scene_before_can_be_painted_anew(painter, tmp_path)
 
 
 def test_what_goes_on_can_be_cancelled(painter, tmp_path):
-    bg.save(still_life_of(1000), tmp_path / "quince.ply")
-    dropped(painter, tmp_path / "quince.ply")
+    drop_quince(painter, tmp_path)
     before = len(strokes_in(painter)["means"])
     ask_for(painter, 900)
     painter.evaluate("""() => {
@@ -421,7 +416,7 @@ REFUSED = {
 def test_what_load_refuses_the_page_refuses_in_the_same_words(painter, tmp_path, name):
     path = tmp_path / name
     path.write_bytes(REFUSED[name])
-    with pytest.raises(SceneError) as refusal:
+    with pytest.raises(bg.SceneError) as refusal:
         bg.load(path)
     dropped(painter, path)
     assert painter.evaluate(STATE) == str(refusal.value).replace(str(path), name)
@@ -431,8 +426,7 @@ def test_a_subject_stands_on_the_stage_that_the_command_makes(painter, tmp_path)
     """The random numbers of its strokes are others, so places and colors are compared as a whole."""
     path = tmp_path / "crate.ply"
     bg.save(crate() + plaza(), path)
-    ask_for(painter, NUM_STROKES)
-    dropped(painter, path)
+    dropped(painter, path, NUM_STROKES)
     view = find_first_view(crate() + plaza())
     scene = whole_scene(crate() + plaza(), view, tmp_path / "whole.ply")
     *_, plain, _ = strokes_of_passes(tmp_path / "whole.ply", NUM_STROKES)
@@ -482,10 +476,8 @@ def picture_file(folder, kind, seed=0):
 @for_each("kind", ["cut_out", "on_paper"])
 @for_each("look", ["oil", "plain"])
 def test_a_dropped_picture_is_the_brush_that_stroke_makes_of_it(painter, open_page, tmp_path, kind, look):
-    bg.save(still_life_of(1000), tmp_path / "quince.ply")
-    dropped(painter, tmp_path / "quince.ply")
-    painter.select_option("#dropLook", look)
-    wait_until(painter, DONE)
+    drop_quince(painter, tmp_path)
+    choose(painter, "#dropLook", look)
     path = picture_file(tmp_path, kind)
     before = painter.evaluate(PICTURE)
     painter.set_input_files("#dropFile", path)
@@ -515,13 +507,11 @@ def test_a_dropped_picture_is_the_brush_that_stroke_makes_of_it(painter, open_pa
     wait_until(page, "window.brushgs.firstPictureMs !== null")
     assert page.evaluate("window.brushgs.contents.header.brushes[0].name") == kind
     painter.evaluate("window.brushgs.dropping._brush = null")
-    painter.select_option("#dropLook", "oil")
-    wait_until(painter, DONE)
+    choose(painter, "#dropLook", "oil")
 
 
 def test_what_is_no_brush_is_refused_in_words(painter, tmp_path):
-    bg.save(still_life_of(1000), tmp_path / "quince.ply")
-    dropped(painter, tmp_path / "quince.ply")
+    drop_quince(painter, tmp_path)
     (tmp_path / "odd.png").write_bytes(b"no picture at all")
     write_image(tmp_path / "empty.png", np.zeros((8, 8, 4)))
     write_image(tmp_path / "large.png", np.zeros((5000, 4000, 1)))
@@ -582,13 +572,12 @@ def num_loaded(path):
         warnings.simplefilter("ignore")
         try:
             return len(bg.load(path))
-        except SceneError:
+        except bg.SceneError:
             return 0
 
 
 def test_files_of_the_fuzzer_are_read_as_by_load_or_refused_in_words(painter, tmp_path):
-    bg.save(still_life_of(1000), tmp_path / "quince.ply")
-    dropped(painter, tmp_path / "quince.ply")  # its view
+    drop_quince(painter, tmp_path)  # its view
     files = list(files_of_the_fuzzer(tmp_path))
     told = painter.evaluate(READ, [(name, base64.b64encode(data).decode()) for name, data in files])
     num_read = 0

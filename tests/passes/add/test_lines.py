@@ -6,7 +6,6 @@ import pytest
 import brushgs as bg
 from brushgs.passes.add.lines import find_lines
 from brushgs.rendering.facing import facing, fade_by_facing
-from brushgs.rendering.plain import plain_views
 from brushgs.values.lines import Lines
 from brushgs.values.quats import rotation_matrices
 from brushgs.values.sh import base_colors
@@ -91,7 +90,7 @@ def test_a_sphere_has_its_outline_and_nothing_else(sphere_lines):
 
 
 def test_lines_are_the_same_for_any_threads_and_in_any_unit(cube_lines):
-    drawn = plain_views(cube(), cameras())  # without depth: they are drawn again
+    drawn = bg.plain_views(cube(), cameras())  # without depth: they are drawn again
     for views, num_threads in ((cameras(), 1), (cameras(), 3), (drawn, None)):
         again = find_lines(cube(), views, num_sigmas=SIGMAS, num_threads=num_threads)
         assert_same(again.strokes, cube_lines.strokes)

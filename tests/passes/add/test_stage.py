@@ -17,9 +17,7 @@ from brushgs.passes.add.stage_paint import Brushwork, painted_stage
 from brushgs.passes.add.stage_place import lamp_direction
 from brushgs.passes.add.stage_tones import READS, Outline, choose_tones
 from brushgs.rendering.facing import BEHIND, facing_shares
-from brushgs.rendering.plain import plain_views
 from brushgs.values.colors import oklab_of
-from brushgs.values.gaussians import Gaussians
 from brushgs.values.sh import C0, base_colors
 from tests.kit.for_each import for_each
 from tests.passes.scenes import gaussians_at, rescaled
@@ -28,7 +26,7 @@ SIZE = {"width": 160, "height": 120}
 UP = np.array([0.0, -1.0, 0.0])
 
 
-def box(low, high, color, count: int = 1500, seed: int = 0) -> Gaussians:
+def box(low, high, color, count: int = 1500, seed: int = 0) -> bg.Gaussians:
     """Flat Gaussians on the six faces of a box; colors are display-encoded, one or [count, 3]."""
     g = np.random.default_rng(seed)
     low, high = np.asarray(low, float), np.asarray(high, float)
@@ -44,17 +42,17 @@ def box(low, high, color, count: int = 1500, seed: int = 0) -> Gaussians:
     return gaussians_at(means, scales, color, opacity=0.95, dtype=np.float32)
 
 
-def crate(color=(0.3, 0.32, 0.3), lift: float = 0.0) -> Gaussians:
+def crate(color=(0.3, 0.32, 0.3), lift: float = 0.0) -> bg.Gaussians:
     """A crate whose foot is at y = -lift, up is -y."""
     return box((-0.5, -1.2 - lift, -0.4), (0.5, -lift, 0.4), color)
 
 
-def plaza(color=(0.55, 0.5, 0.45), reach: float = 1.6) -> Gaussians:
+def plaza(color=(0.55, 0.5, 0.45), reach: float = 1.6) -> bg.Gaussians:
     """Level ground at y = 0 around the origin."""
     return box((-reach, 0.0, -reach), (reach, 0.004, reach), color, count=6000, seed=3)
 
 
-def stage_of(scene: Gaussians, cameras=None, **options):
+def stage_of(scene: bg.Gaussians, cameras=None, **options):
     view = plain_first_view(scene)
     return open_stage(find_site(scene, view), scene, cameras or [frame_scene(view, **SIZE)], **options)
 
@@ -78,7 +76,7 @@ def test_every_pixel_of_an_orbit_is_covered_by_paint():
     scene = crate()
     cameras = orbit(plain_first_view(scene), 5, **SIZE)
     strokes = painted_stage(stage_of(scene, cameras), Brushwork(), cameras)
-    for frame in plain_views(strokes, cameras).frames:
+    for frame in bg.plain_views(strokes, cameras).frames:
         assert frame.alpha.min() > 0.85
 
 
@@ -89,7 +87,7 @@ def test_a_stage_does_not_depend_on_the_unit_of_the_scene(unit):
     for each in (scene, rescaled(scene, unit)):
         camera = frame_scene(plain_first_view(each), **SIZE)
         frames.append(
-            plain_views(painted_stage(stage_of(each, [camera]), Brushwork(), [camera]), [camera]).frames[0]
+            bg.plain_views(painted_stage(stage_of(each, [camera]), Brushwork(), [camera]), [camera]).frames[0]
         )
     # In float32 a place may fall on the other side of the edge of the shadow, and have another stroke.
     assert np.abs(frames[1].rgb - frames[0].rgb).mean() < 1e-3
@@ -140,7 +138,7 @@ def test_the_table_continues_the_ground_that_a_scene_brings():
 
 def test_a_torn_ground_dissolves_toward_its_border_and_what_hangs_below_is_gone():
     fringe = box((-1.6, 0.2, -1.6), (1.6, 0.4, -1.5), (1.0, 1.0, 1.0), count=300, seed=5)
-    scene = Gaussians.joined([crate(), plaza(), fringe])
+    scene = bg.Gaussians.joined([crate(), plaza(), fringe])
     stage = stage_of(scene)
     assert stage.ground is not None
     table = np.array([0.3, 0.0, 0.0])
@@ -224,7 +222,7 @@ def test_edges_are_cut_in_along_the_outline_in_the_colors_behind_it():
     wanted = {tuple(c) for c in np.round(base_colors(strokes.sh), 1)}
     assert not any(red > 0.8 and green < 0.3 for red, green, _ in wanted)
     before, after = (
-        plain_views(s, [camera]).frames[0].alpha > 0.5 for s in (scene, strokes.astype(np.float32))
+        bg.plain_views(s, [camera]).frames[0].alpha > 0.5 for s in (scene, strokes.astype(np.float32))
     )
     overlap = (before & after).sum() / after.sum()
     assert 0.02 < overlap < 0.5

@@ -9,7 +9,6 @@ from brushgs.core.native import core as _core
 from brushgs.passes.add.stage_place import Place, lamp_direction
 from brushgs.passes.add.stage_surface import Surface
 from brushgs.passes.extent import robust_frame
-from brushgs.rendering.plain import plain_views
 from brushgs.values.colors import OKLAB
 from brushgs.values.quats import rotation_matrices
 from tests.kit.for_each import for_each
@@ -238,7 +237,7 @@ def test_an_outline_is_that_of_the_twin(name, above, own):
     center, radius = robust_frame(SCENES[name].means)
     away = radius * np.array([0.5, -above, -2.2])
     camera = bg.Camera.look_at(center + away, center, width=80, height=60)
-    frame = plain_views(SCENES[name], [camera]).frames[0]
+    frame = bg.plain_views(SCENES[name], [camera]).frames[0]
     found = check(
         "outline_in",
         *(np.ascontiguousarray(plane, np.float64) for plane in (frame.rgb, frame.alpha)),

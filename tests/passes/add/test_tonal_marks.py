@@ -105,10 +105,7 @@ def test_marks_lie_on_the_surface(manner):
     normal = np.array([np.sin(0.4), 0, np.cos(0.4)])
     assert np.abs(marks.strokes.means @ normal).max() < 0.07, "the size of a stroke"
     shares = marks.nested.shares(
-        marks.strokes.means,
-        np.arange(len(marks)),
-        np.full(len(marks), boxes_angle(strokes)),
-        CAMERA,
+        marks.strokes.means, np.arange(len(marks)), np.full(len(marks), boxes_angle(strokes)), CAMERA
     )
     assert np.median(shares) == 1, "in their own view marks are whole"
 

@@ -20,7 +20,6 @@ from brushgs.still_life.bodies import bodies
 from brushgs.still_life.cast import Cast, blockers_of, cast_of, joined
 from brushgs.still_life.light import TO_LAMP, Blockers, baked
 from brushgs.values.colors import oklab_of
-from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import quats_of
 from brushgs.values.sh import base_colors
 from tests.passes.scenes import gaussians_at, on_sphere
@@ -43,7 +42,7 @@ def cast() -> tuple[Cast, Blockers]:
     return whole.take(whole.opacities > 1 / 255), blockers_of(parts)
 
 
-def lit_scene(lamp) -> Gaussians:
+def lit_scene(lamp) -> bg.Gaussians:
     """The still life as if its own lamp had stood elsewhere."""
     surface, blockers = cast()
     return surface.gaussians(baked(surface.surface, blockers, lamp))
@@ -59,11 +58,13 @@ def front_views(count: int = 7):
     ]
 
 
-def place_of(strokes: Gaussians) -> Place:
+def place_of(strokes: bg.Gaussians) -> Place:
     return find_site(strokes, plain_first_view(strokes)).place
 
 
-def ball(count: int = 600, color=(0.5, 0.5, 0.5), center=(0.0, 0.0, 0.0), radius: float = 1.0) -> Gaussians:
+def ball(
+    count: int = 600, color=(0.5, 0.5, 0.5), center=(0.0, 0.0, 0.0), radius: float = 1.0
+) -> bg.Gaussians:
     """Flat strokes on a sphere, of random turns and signs."""
     out = on_sphere(count)
     across = np.cross(out, np.random.default_rng(1).normal(size=(count, 3)))
@@ -73,11 +74,11 @@ def ball(count: int = 600, color=(0.5, 0.5, 0.5), center=(0.0, 0.0, 0.0), radius
     return gaussians_at(center + radius * out, sizes, color, opacity=0.95, quats=quats, dtype=np.float32)
 
 
-def views_around(strokes: Gaussians):
+def views_around(strokes: bg.Gaussians):
     return orbit(plain_first_view(strokes), 6, width=120, height=90)
 
 
-def lightness(strokes: Gaussians):
+def lightness(strokes: bg.Gaussians):
     return oklab_of(base_colors(strokes.sh))[:, 0]
 
 

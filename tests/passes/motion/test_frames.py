@@ -10,9 +10,7 @@ import brushgs as bg
 from brushgs.passes.motion.frames import carried, follow_frames
 from brushgs.passes.motion.rows import FADE
 from brushgs.passes.reduce.cluster import group
-from brushgs.passes.reduce.prune import prune
 from brushgs.rendering.motion import AT_REST, OPACITY, SHIFT, TURN
-from brushgs.values.moving import MovingScene
 from tests.passes.motion.scenes import blob, joined, moved, turn
 from tests.passes.scenes import assert_same
 from tests.scenes import real_scene
@@ -33,7 +31,7 @@ def shuffled(at, *, drop=0.03, duration=1.0):
         rows = rng.permutation(len(gaussians))
         return gaussians.take(rows[rng.random(len(rows)) >= drop])
 
-    return MovingScene(duration, False, sample)
+    return bg.MovingScene(duration, False, sample)
 
 
 def of_first(scene, num_strokes, time=0.0):
@@ -226,7 +224,7 @@ def test_at_most_three_moments_are_in_memory():
 
     first, members, labels = of_first(inner, 20)
     count = []
-    scene = MovingScene(1.0, False, sample)
+    scene = bg.MovingScene(1.0, False, sample)
     times = TIMES[:10]
     follow_frames(scene, times, first, members, labels, advance=lambda: count.append(1))
     assert max(most) <= 3
@@ -236,7 +234,7 @@ def test_at_most_three_moments_are_in_memory():
 def test_hardly_any_opacity_changes_its_stroke_in_a_real_scene():
     """Five samples of a quarter of a trained clip, in another order each, and 3 % of the rows missing."""
     whole = bg.load_moving(real_scene("moving/cook_spinach.splatv"))
-    clip = MovingScene(whole.duration, False, lambda time: whole.at(time).take(slice(None, None, 4)))
+    clip = bg.MovingScene(whole.duration, False, lambda time: whole.at(time).take(slice(None, None, 4)))
     rows_at = {}
     times = np.linspace(0, clip.duration, 30)[:5]
 
@@ -249,8 +247,8 @@ def test_hardly_any_opacity_changes_its_stroke_in_a_real_scene():
         rows_at[at] = rows
         return replace(gaussians.take(rows), ids=np.arange(len(rows), dtype=np.int32))
 
-    scene = MovingScene(times[-1], False, sample, times=times)
-    members = prune(scene.at(0))
+    scene = bg.MovingScene(times[-1], False, sample, times=times)
+    members = bg.prune(scene.at(0))
     grouping = group(members, 500)
     last, shares, nums = None, [], []
     for moment in carried(scene, times, members.ids, grouping.labels, np.ones(grouping.num_clusters, bool)):
