@@ -127,5 +127,5 @@ def test_land_seen_from_the_air_has_surroundings_only_in_a_style(folder):
     def coats(config):
         return [coat.name for coat in prepare(land, config, Report(), asks=PICTURE).painting.coats]
 
-    assert coats(styled(SMALL, f"{folder}/blue.style")) == ["backdrop", *coats(SMALL)]
-    assert coats(styled(SMALL, f"{folder}/blue.style;stage=0")) == coats(SMALL)
+    assert coats(bg.styled(SMALL, f"{folder}/blue.style")) == ["backdrop", *coats(SMALL)]
+    assert coats(bg.styled(SMALL, f"{folder}/blue.style;stage=0")) == coats(SMALL)
