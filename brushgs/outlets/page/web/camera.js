@@ -4,12 +4,13 @@
  * One view: x right, y down, z forward; pixels from the outer corner of the top left one.
  *
  * `viewmat` has 16 numbers by rows and takes page coordinates to camera coordinates; `fx`, `fy`, `cx`, `cy`
- * are pixels; strokes at a camera z of at most `near` are not drawn.
+ * are pixels; strokes at a camera z of at most `near` are not drawn. `step` are pixels of the picture along one of
+ * these, in which no stroke is wider for it.
  */
 class PageCamera {
-  constructor({ viewmat, fx, fy, cx, cy, width, height, near }) {
+  constructor({ viewmat, fx, fy, cx, cy, width, height, near, step = 1 }) {
     this.viewmat = Float64Array.from(viewmat);
-    Object.assign(this, { fx, fy, cx, cy, width, height, near });
+    Object.assign(this, { fx, fy, cx, cy, width, height, near, step });
   }
 
   /** The camera of the header: the first view, in the size that `render` paints. */

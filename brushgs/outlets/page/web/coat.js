@@ -343,7 +343,7 @@ class CoatPainter {
     gl.uniform4f(at.uLens, camera.fx, camera.fy, camera.cx, camera.cy);
     gl.uniform2f(at.uSize, camera.width, camera.height);
     gl.uniform1f(at.uNear, camera.near);
-    gl.uniform1f(at.uLowPass, header.lowPass);
+    gl.uniform1f(at.uLowPass, header.lowPass / camera.step ** 2);
     gl.uniform1f(at.uBorder, isBare ? 0 : header.border);
     gl.uniform4fv(at.uBrushes, this._brushRows(brush));
     gl.uniform1i(at.uHasUnderpaint, this.hasUnderpaint ? 1 : 0);

@@ -133,7 +133,8 @@ class EffectCanvas extends Canvas {
 function smallerCamera(camera, step) {
   const { width, height, fx, fy, cx, cy } = camera;
   const lens = { fx: fx / step, fy: fy / step, cx: cx / step, cy: cy / step };
-  return new PageCamera({ ...camera, ...lens, width: Math.ceil(width / step), height: Math.ceil(height / step) });
+  const [across, down] = [width, height].map((side) => Math.ceil(side / step));
+  return new PageCamera({ ...camera, ...lens, width: across, height: down, step });
 }
 
 /** Sides of a picture in pixels of one with a pixel for so many along a side. */
