@@ -24,16 +24,11 @@ from brushgs.values.style import Style, StyleMarks
 LAYERS = 3.5
 LONGEST = 4.5  # of strokes of a scene, lengths over widths, hardly any of which are longer
 CANVAS = 1000, 750  # pixels of the picture that stroke counts refer to
-# Range of strokes of a style. Large washes would be 100 strokes; with 800 the truck is unrecognisable, with
-# 2800 a skull loses its teeth.
-FEWEST, MOST = 5000, 20_000
+# Range of strokes of a style. Large washes would be 100 strokes; with 800 the truck is unrecognisable.
+FEWEST, MOST = 2400, 20_000
 # OKLab lightness, that of the look of broken color: marks of paintings differ by 0.05 to 0.14, but much of
 # this is what they depict; with 0.05 a grey street turns to confetti.
 MOST_BROKEN = 0.034
-# Economy: marks of a painting are about equally large everywhere, also on flat areas. Above 0, so that no
-# stroke is longer than 12 % of the picture.
-EVEN = 0.1
-BESIDE_MARKS = 0.5  # share of it between strokes whose marks differ within themselves
 MOST_TINT = 0.2  # of a ground, OKLab a and b
 
 
@@ -59,12 +54,7 @@ def style_values(styles: Sequence[tuple[Style, float]], values: StepValues) -> S
         found["light"] = found.get("light", {}) | _flattened(values, flat)
     broken = [(_broken_color(style, marks), share) for style, marks, share in drawn]
     lit = [((1 - style.flatness) * marks.relief, share) for style, marks, share in drawn if marks.relief > 0]
-    even = [(EVEN, share) for _, share in marked]
-    for step, field, wanted in (
-        ("strokes", "broken_color", broken),
-        ("strokes", "economy", even),
-        ("light", "relief", lit),
-    ):
+    for step, field, wanted in (("strokes", "broken_color", broken), ("light", "relief", lit)):
         if wanted:
             found.setdefault(step, {})[field] = _blended(_of_look(values, step, field), wanted)
     count = _of_look(values, "cluster", "strokes")
@@ -88,11 +78,10 @@ def _flattened(values: StepValues, flat: float) -> dict[str, float]:
 
 
 def _broken_color(style: Style, marks: StyleMarks) -> float:
-    """The broken color of a style; none in black and white, less in a print and where marks have colors."""
+    """The broken color of a style; none in black and white, less in a print."""
     if is_grey(style.palette):
         return 0.0
-    share = 1.0 if marks.dictionary is None else BESIDE_MARKS
-    return share * (1 - style.flatness) * min(marks.broken_lightness, MOST_BROKEN)
+    return (1 - style.flatness) * min(marks.broken_lightness, MOST_BROKEN)
 
 
 def count_of(marks: StyleMarks) -> int:

@@ -69,6 +69,9 @@ def test_structure_knows_marks_from_colors_and_ranks_the_nearest_first():
     near, far = (columns.structure_distance(own, marks[name]) for name in ("across", "along"))
     assert near < 0.3 * far
     assert [columns.blind_rank(own, marks, name) for name in ("across", "along")] == [1, 2]
+    colored = {"grey": across, "tinted": np.clip(along * [0.9, 0.7, 0.5], 0, 1)}
+    found = {name: columns.color_structure(each) for name, each in colored.items()}
+    assert columns.blind_rank(columns.color_structure(tinted), found, "tinted") == 1  # colors outweigh marks
 
 
 def test_nearness_is_of_the_subject_alone():

@@ -10,7 +10,7 @@ from brushgs.options.painting import PaintConfig
 from brushgs.passes.add.backdrop import Tone
 from brushgs.pipeline.style_values import count_of, style_values
 from brushgs.values.colors import oklab_of, rgb_of, rgb_of_oklab
-from brushgs.values.style import MarkDictionary, Style, StyleMarks
+from brushgs.values.style import Style, StyleMarks
 
 MARKS = StyleMarks(
     0.04,
@@ -38,7 +38,6 @@ def test_numbers_go_from_those_of_the_look_to_those_of_the_style():
     for share in (0.25, 0.5, 1.0):
         config = PaintConfig.of(style_values([(style_of(), share)], OIL))
         assert config.strokes.broken_color == pytest.approx(0.016 + share * (0.03 - 0.016))
-        assert config.strokes.economy == pytest.approx(1 + share * (0.1 - 1))
         assert config.light.relief == pytest.approx(0.6 + share * (0.2 - 0.6))
         assert config.light.gain == 1.7
         expected = 6000 ** (1 - share) * count_of(MARKS) ** share
@@ -46,19 +45,12 @@ def test_numbers_go_from_those_of_the_look_to_those_of_the_style():
     assert OIL["light"]["relief"] == 0.6  # untouched
 
 
-def test_strokes_differ_half_as_much_where_their_marks_have_colors():
-    grey = np.full((1, 4, 8, 4), 128, np.uint8)
-    marks = MarkDictionary(np.full((1, 3), 0.5, np.float32), np.ones(1, np.float32), grey)
-    config = PaintConfig.of(style_values([(style_of(dictionary=marks), 1.0)], OIL))
-    assert config.strokes.broken_color == pytest.approx(0.015)
-
-
 def test_smaller_marks_ask_for_more_strokes_within_limits():
-    counts = [count_of(replace(MARKS, length=length)) for length in (0.005, 0.02, 0.024, 0.036, 0.9)]
+    counts = [count_of(replace(MARKS, length=length)) for length in (0.005, 0.02, 0.03, 0.06, 0.9)]
     assert counts == sorted(counts, reverse=True)
-    assert counts[2] == pytest.approx(1.5**2 * counts[3], rel=0.01)
+    assert counts[2] == pytest.approx(4 * counts[3], rel=0.01)
     assert counts[0] == 20_000
-    assert counts[-1] == 5000
+    assert counts[-1] == 2400
 
 
 def test_a_toned_ground_goes_from_its_tone_to_the_ground_of_the_style():

@@ -1,6 +1,6 @@
 """Figures of pictures against the plain picture, against a painting, and from frame to frame."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -9,6 +9,7 @@ from brushgs.formats.pictures.images import resize
 from brushgs.measure.box_events import orientation_events
 from brushgs.measure.likeness import SSIM_SIDE, psnr, ssim
 from brushgs.measure.warp import PLAIN_ALPHA, View, match_views
+from brushgs.passes.color.color_space import Space
 from brushgs.values.arrays import F64, Array, check
 from brushgs.values.boxes import Boxes
 from brushgs.values.colors import oklab_of
@@ -83,22 +84,45 @@ def structure(picture: Array) -> list[F64]:
     """
     from scipy.ndimage import gaussian_filter
 
+    sized = _sized(picture)
+    lightness = oklab_of(sized.reshape(-1, 3))[:, :1].reshape(*sized.shape[:2], 1)
+
+    def marks(plane: F64) -> F64:
+        plane = plane - gaussian_filter(plane, (LIGHTNESS_BLUR, LIGHTNESS_BLUR, 0))
+        return np.asarray(plane / (1e-4 + plane.std()))
+
+    return _projections(lightness, marks, is_centered=True)
+
+
+def color_structure(picture: Array) -> list[F64]:
+    """The same of patches of color, in CIELAB: by it paintings are told apart by colors and marks."""
+    sized = _sized(picture)
+    return _projections(Space("lab").to(sized.reshape(-1, 3)).reshape(sized.shape), np.asarray)
+
+
+def _sized(picture: Array) -> F64:
+    """A picture at the height of comparison."""
     height, width = picture.shape[:2]
     across = max(4 * PATCH, round(width * HEIGHT / height))
-    sized = resize(np.asarray(picture, np.float64), across, HEIGHT)
-    lightness = oklab_of(sized.reshape(-1, 3))[:, 0].reshape(sized.shape[:2])
-    directions = np.random.default_rng(0).normal(size=(len(SCALES), PATCH * PATCH, NUM_DIRECTIONS))
+    return np.clip(resize(np.asarray(picture, np.float64), across, HEIGHT), 0, 1)
+
+
+def _projections(field: F64, prepare: Callable[[F64], F64], *, is_centered: bool = False) -> list[F64]:
+    """Sorted projections of patches of a field [h, w, k] at each scale, perhaps less their means."""
+    height, width, channels = field.shape
+    size = PATCH * PATCH * channels
+    directions = np.random.default_rng(0).normal(size=(len(SCALES), size, NUM_DIRECTIONS))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     found = []
     for scale, ways in zip(SCALES, directions, strict=True):
-        plane = resize(lightness[..., None], across // scale, HEIGHT // scale)[..., 0]
-        plane = plane - gaussian_filter(plane, LIGHTNESS_BLUR)
-        plane = plane / (1e-4 + plane.std())
-        rows, columns = (np.random.default_rng(1).integers(0, n - PATCH, NUM_PATCHES) for n in plane.shape)
+        plane = prepare(resize(field, width // scale, height // scale))
+        shape = plane.shape[:2]
+        rows, columns = (np.random.default_rng(1).integers(0, n - PATCH, NUM_PATCHES) for n in shape)
         steps = np.arange(PATCH)
         patches = plane[rows[:, None, None] + steps[:, None], columns[:, None, None] + steps]
         patches = patches.reshape(NUM_PATCHES, -1)
-        patches = patches - patches.mean(axis=1, keepdims=True)
+        if is_centered:
+            patches = patches - patches.mean(axis=1, keepdims=True)
         found.append(np.sort(patches @ ways, axis=0)[::QUANTILE_STEP])
     return found
 
