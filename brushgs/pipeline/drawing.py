@@ -74,7 +74,6 @@ def open_brushes(
     with report.stage("stroke") as stage:
         from brushgs.brushes.brush_set import MOST_BRUSHES, BrushSet, paths_of, size_for
         from brushgs.brushes.kit import BrushKit
-        from brushgs.brushes.texture import variants_of
 
         colored = stroke_color in ("own", "mix")
         side = size_for(*(size or DEFAULT_SIZE))
@@ -86,14 +85,8 @@ def open_brushes(
             kit = BrushKit.of(stroke)
         if not named.names and len(paths_of(stroke)) == 1:
             texture = BrushSet.open(stroke, size=side, colored=colored)
-        elif all(map(variants_of, kit.images)):  # built-in ones, about which there is nothing to warn
-            opening = {image: (image, side, colored) for image in kit.images}
-            known = {
-                image: memory.of(f"brush {image}", of, partial(_opened, *of)) for image, of in opening.items()
-            }
-            texture = kit.open(size=side, known=known, colored=colored)
         else:
-            texture = kit.open(size=side, colored=colored)
+            texture = kit.open(size=side, known=_known(kit, side, colored, memory), colored=colored)
         if styled and texture.kind == "image":
             from brushgs.brushes.of_style import fitting
 
@@ -115,10 +108,17 @@ def open_brushes(
     return texture, kit
 
 
-def _opened(image: str, side: int, colored: bool) -> "StrokeTexture":
-    from brushgs.brushes.texture import StrokeTexture
+def _known(kit: "BrushKit", side: int, colored: bool, memory: Memory) -> "dict[str, StrokeTexture] | None":
+    """The images of a kit from a memory, if all are built-in ones, about which there is nothing to warn."""
+    from brushgs.brushes.texture import StrokeTexture, variants_of
 
-    return StrokeTexture.open(image, size=side, colored=colored)
+    if not all(map(variants_of, kit.images)):
+        return None
+    openings = {image: (image, side, colored) for image in kit.images}
+    return {
+        image: memory.of(f"brush {image}", of, partial(StrokeTexture.open, image, size=side, colored=colored))
+        for image, of in openings.items()
+    }
 
 
 def render_options(

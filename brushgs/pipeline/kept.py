@@ -323,23 +323,26 @@ def _encoded(value: Any, arrays: dict[str, Any], given: Collection[str]) -> Any:
         return {"array": name, "is_fixed": not value.flags.writeable}
     if isinstance(value, Path):
         return {"path": str(value)}
+    return _encoded_items(value, lambda one: _encoded(one, arrays, given))
+
+
+def _encoded_items(value: Any, encode: Callable[[Any], Any]) -> Any:
+    """Encode a list, a tuple, a dictionary or an object of a kept class, item by item."""
     if type(value) in (tuple, list):
-        items = [_encoded(one, arrays, given) for one in value]
+        items = [encode(one) for one in value]
         return {"tuple": items} if isinstance(value, tuple) else items
     if isinstance(value, dict) and all(isinstance(key, str) for key in value):
-        return {"dict": {key: _encoded(one, arrays, given) for key, one in value.items()}}
-    return {
-        "class": _known_class(value),
-        "fields": {one.name: _encoded(getattr(value, one.name), arrays, given) for one in fields(value)},
-    }
+        return {"dict": {key: encode(one) for key, one in value.items()}}
+    known = {one.name: encode(getattr(value, one.name)) for one in fields(_known(value))}
+    return {"class": type(value).__name__, "fields": known}
 
 
-def _known_class(value: Any) -> str:
-    """The name of the class of a value. Raises Unnamed if results of this class are not kept."""
+def _known(value: T) -> T:
+    """The value itself. Raises Unnamed if results of its class are not kept."""
     kind = type(value)
     if _CLASSES.get(kind.__name__) != kind.__module__:
         raise Unnamed
-    return kind.__name__
+    return value
 
 
 def _decoded(found: Any, known: Mapping[str, Any]) -> Any:
