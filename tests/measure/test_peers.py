@@ -74,6 +74,20 @@ def test_structure_knows_marks_from_colors_and_ranks_the_nearest_first():
     assert columns.blind_rank(columns.color_structure(tinted), found, "tinted") == 1  # colors outweigh marks
 
 
+def test_the_value_gap_is_that_of_a_body_against_what_surrounds_the_scene():
+    picture = np.full((160, 160, 3), 0.2)
+    body, ground = np.zeros((2, 160, 160), bool)
+    body[20:140, 40:120], ground[100:, 20:140] = True, True
+    picture[ground], picture[body] = 0.9, 0.6
+    found = columns.value_gap(picture, body, body | ground)
+    assert found == pytest.approx(63.22 - 21.25, abs=0.01)  # L* of the greys 0.6 and 0.2
+    picture[120:140, 40:120] = 0.0  # its foot stands before the ground
+    picture[17:23, 40:120] = 0.0  # a contour
+    assert columns.value_gap(picture, body, body | ground) == found
+    assert columns.value_gap(picture, np.zeros_like(body), ground) is None
+    assert columns.value_gap(picture, body, np.ones_like(body)) is None
+
+
 def test_nearness_is_of_the_subject_alone():
     plain = RNG.uniform(size=(30, 40, 3))
     alpha = np.zeros((30, 40))

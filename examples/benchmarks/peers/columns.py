@@ -10,7 +10,7 @@ from brushgs.measure.box_events import orientation_events
 from brushgs.measure.likeness import SSIM_SIDE, psnr, ssim
 from brushgs.measure.warp import PLAIN_ALPHA, View, match_views
 from brushgs.passes.color.color_space import Space
-from brushgs.values.arrays import F64, Array, check
+from brushgs.values.arrays import F64, Array, Mask, check
 from brushgs.values.boxes import Boxes
 from brushgs.values.colors import oklab_of
 
@@ -22,6 +22,8 @@ SCALES = (1, 2, 4)
 PATCH, NUM_PATCHES, NUM_DIRECTIONS = 7, 6000, 96
 LIGHTNESS_BLUR = 6.0  # pixels: slower changes of lightness are no marks
 QUANTILE_STEP = 12  # every so many sorted projections are compared
+RING = 6, 16  # pixels from an outline, between which lightness is compared: nearer are contours
+BESIDE = 24  # pixels: maximum distance of a pixel inside from one outside
 
 
 def nearness(picture: Array, plain: Array, alpha: Array) -> tuple[float, float | None]:
@@ -98,6 +100,33 @@ def color_structure(picture: Array) -> list[F64]:
     """The same of patches of color, in CIELAB: by it paintings are told apart by colors and marks."""
     sized = _sized(picture)
     return _projections(Space("lab").to(sized.reshape(-1, 3)).reshape(sized.shape), np.asarray)
+
+
+def value_gap(picture: Array, body: Mask, scene: Mask) -> float | None:
+    """Mean L* of a body along its outline minus that of what surrounds the scene there; None without such.
+
+    Both are taken 6 to 16 pixels off the outline. Pixels outside are 6 off all of the scene, and pixels
+    inside at most 24 off those: where a body stands before the scene's own ground, nothing is counted.
+
+    Args:
+        picture: [H, W, 3] display-encoded, 0 to 1.
+        body: [H, W] what stands.
+        scene: [H, W] body and its ground.
+    """
+    from scipy.ndimage import distance_transform_edt
+
+    if scene.all() or not body.any():
+        return None
+    near, far = RING
+    inward, outward, off = (distance_transform_edt(mask) for mask in (body, ~body, ~scene))
+    outside = (outward > near) & (outward <= far) & (off > near)
+    if not outside.any():
+        return None
+    inside = (inward > near) & (inward <= far) & (distance_transform_edt(~outside) <= BESIDE)
+    if not inside.any():
+        return None
+    within, beyond = (Space("lab").to(picture[mask])[:, 0].mean() for mask in (inside, outside))
+    return 100 * float(within - beyond)
 
 
 def _sized(picture: Array) -> F64:
