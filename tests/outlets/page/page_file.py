@@ -59,10 +59,10 @@ def inside(contents_camera: Camera):
     return replace(PageView.of(first, contents_camera), is_inside=True)
 
 
-def write_page(path, contents=None, *, still=STILL):
-    """Write a page; returns its path."""
+def write_page(path, contents=None, *, still=STILL, **options):
+    """Write a page, with options of `page_html`; returns its path."""
     contents = contents or shown()
-    text = page_html(write_container(contents), title=contents.header["title"], still=still)
+    text = page_html(write_container(contents), title=contents.header["title"], still=still, **options)
     path.write_text(text, encoding="utf-8")
     return path
 

@@ -128,6 +128,14 @@ def test_the_subject_fills_the_side_that_binds(tab, contents, width, height, rea
     assert 0.55 <= share <= 0.9 or scale == pytest.approx(max(width / 320, height / 240))
 
 
+@for_each(("width", "height"), [(390, 844), (844, 390), (280, 653), (1280, 720), (2560, 1440)])
+def test_inside_a_scene_no_window_shows_what_would_be_drawn_long(tab, contents, width, height):
+    header = contents.header | {"subject": None, "isInside": True}
+    K = first_camera(tab, header, width, height).K
+    own = max(160 / PLAIN.K[0, 0], 120 / PLAIN.K[1, 1])
+    assert max(width / (2 * K[0, 0]), height / (2 * K[1, 1])) <= max(0.85, own) + 1e-9
+
+
 def test_a_drag_turns_the_scene_with_the_hand(page, contents):
     before, state = shot(page), state_of(page)
     page.mouse.move(240, 100)

@@ -1,6 +1,7 @@
 """Links and stops of a page: views that are shared, and views with titles that it leads through."""
 
 import json
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import brushgs as bg
 from brushgs.cameras.framing import frame_scene
 from brushgs.outlets.page.contents import Stop
 from brushgs.outlets.page.export import MOST_STOPS, read_stops
+from brushgs.outlets.page.html import Preview
 from tests.kit.for_each import for_each
 from tests.outlets.page.page_file import SIZE, scene, seen, settle, shown, wait_until, write_page
 
@@ -132,6 +134,30 @@ def test_the_way_is_slow_and_ends_where_a_hand_stops_it(open_page, path, content
     wait_until(page, "brushgs.controls._travel === null")
     settle(page)
     assert np.abs(seen(page, contents.header).viewmat - stops()[1].camera.viewmat).max() < 1e-6
+
+
+def test_stops_caption_notice_and_bar_do_not_overlap(open_page, contents, tmp_path):
+    caption = "Three pears on a table, painted after a scan of the fruit in the museum of the town"
+    path = write_page(tmp_path / "pears.html", contents, preview=Preview(caption))
+    page = open_page(path, **CALM, is_drawn=False)
+    page.evaluate("brushgs.ready")
+    page.evaluate("brushgs.stops.stops.forEach((stop) => { stop.title = 'a view that has a long title'; })")
+    page.locator("#stopAfter").click()
+    for width, height in ((280, 653), (390, 844), (700, 400), (844, 390), (1280, 720)):
+        page.set_viewport_size({"width": width, "height": height})
+        page.evaluate("brushgs.panel.say('Camera saved: brushgs render … --camera-file view.json')")
+        boxes = [page.locator(f"#{id_}").bounding_box() for id_ in ("stops", "caption", "notice", "bar")]
+        for box in boxes:
+            assert box["x"] >= 0, (width, box)
+            assert box["x"] + box["width"] <= width, (width, box)
+        for a, b in combinations(boxes, 2):
+            assert (
+                a["x"] + a["width"] <= b["x"]
+                or b["x"] + b["width"] <= a["x"]
+                or a["y"] + a["height"] <= b["y"]
+                or b["y"] + b["height"] <= a["y"]
+            ), (width, a, b)
+        assert width > 640 or boxes[1]["width"] > 0.85 * width, width
 
 
 def test_stops_are_read_from_camera_files(tmp_path):

@@ -139,27 +139,71 @@ def test_the_bar_changes_what_is_painted(page):
     page.locator("#ground").select_option("As painted")
 
 
-@for_each(("width", "height"), [(320, 568), (844, 390), (1280, 720)])
-def test_the_bar_fits_and_its_parts_do_not_overlap(page, width, height):
-    point_at_bar(page)
-    page.set_viewport_size({"width": width, "height": height})
-    bar, is_compact = page.locator("#bar"), width < 1020
-    if is_compact:
-        closed = bar.bounding_box()
-        assert closed["width"] * closed["height"] <= 0.15 * width * height
-        page.get_by_role("button", name="Paint: strokes, brush and ground").click()
-    boxes = [page.locator(f"#{id_}").bounding_box() for id_ in ("share", "brush", "ground", *BUTTONS)]
-    if is_compact:
-        page.locator("#more").click()
-        assert not page.locator("#share").is_visible()
-    page.set_viewport_size(DESKTOP)
+FILL_BAR = """() => {
+  for (const id of ["player", "region"]) {
+    const element = document.getElementById(id);
+    (element.closest("label") ?? element).hidden = false;
+  }
+  document.getElementById("bar").classList.add("plays");
+  brushgs.panel.offerHeadset(["immersive-vr", "immersive-ar"], null);
+}"""
+EMPTY_BAR = """() => {
+  for (const id of ["immersive-vr", "immersive-ar"]) document.getElementById(id).remove();
+  brushgs.player.replace();
+  brushgs.panel.replace(brushgs.contents);
+}"""
+PLAYER = ("play", "moment", "momentText", "speed")
+
+
+def boxes_in_window(page, ids, width, height):
+    """Hold controls apart and in the window, the bar to 15 % of it."""
+    boxes = [page.locator(f"#{id_}").bounding_box() for id_ in ids]
+    bar = page.locator("#bar").bounding_box()
+    assert bar["width"] * bar["height"] <= 0.15 * width * height
     for box in boxes:
-        assert box["x"] >= 0
-        assert box["x"] + box["width"] <= width
-        assert box["y"] + box["height"] <= height
-        assert box["width"] >= 40
+        assert box["x"] >= bar["x"]
+        assert box["x"] + box["width"] <= bar["x"] + bar["width"] <= width
+        assert box["y"] + box["height"] <= bar["y"] + bar["height"] <= height
+        assert box["width"] >= 24
     for a, b in combinations(boxes, 2):
         sides = (("x", "width"), ("y", "height"))
         assert any(
             one[at] + one[size] <= other[at] + 0.01 for at, size in sides for one, other in ((a, b), (b, a))
         )
+
+
+@for_each("is_full", [False, True])
+@for_each(("width", "height"), [(280, 653), (320, 568), (390, 844), (844, 390), (768, 1024), (1280, 720)])
+def test_the_bar_fits_and_its_parts_do_not_overlap(page, width, height, is_full):
+    """Also that of a moving painting with regions, on a phone that serves as a headset."""
+    point_at_bar(page)
+    page.set_viewport_size({"width": width, "height": height})
+    buttons, fields = [*BUTTONS], ["share", "brush", "ground"]
+    if is_full:
+        page.evaluate(FILL_BAR)
+        buttons += ["immersive-vr", "immersive-ar", *PLAYER]
+        fields += ["region"]
+    more = page.locator("#more")
+    try:
+        if more.is_visible():
+            boxes_in_window(page, [*buttons, "more"], width, height)
+            more.click()
+            boxes_in_window(page, [*fields, "more"], width, height)
+            more.click()
+            assert not page.locator("#share").is_visible()
+        else:
+            boxes_in_window(page, [*buttons, *fields], width, height)
+    finally:
+        page.evaluate(EMPTY_BAR if is_full else "0")
+        page.set_viewport_size(DESKTOP)
+
+
+def test_fields_that_are_open_can_be_closed_in_a_window_that_became_wide(page):
+    page.set_viewport_size({"width": 820, "height": 1180})
+    page.locator("#more").click()
+    page.set_viewport_size({"width": 1180, "height": 820})
+    assert page.locator("#share").is_visible()
+    page.locator("#more").click()
+    assert page.locator("#keys").is_visible()
+    assert not page.locator("#more").is_visible()
+    page.set_viewport_size(DESKTOP)

@@ -78,7 +78,7 @@ class Orbit {
     this.horizon = horizonOf(normalized3(header.up));
     this.isInside = header.isInside;
     this.radius = header.radius;
-    this.subject = header.subject ?? [first.width / 2, first.height / 2];
+    this.subject = header.subject; // null where all around the camera is the subject
     const axes = Float64Array.from([0, 1, 2, 4, 5, 6, 8, 9, 10], (k) => first.viewmat[k]);
     const { azimuth, elevation, roll } = anglesOfAxes(this.horizon, axes);
     this.roll = roll;
@@ -163,17 +163,22 @@ class Orbit {
 
   /**
    * Pixels of a window of this size for one of the first picture. The window is filled. All of the first picture is
-   * seen where its subject is large enough so; in a window of another shape the sides without a subject are cut.
+   * seen where its subject is large enough so; in a window of another shape the sides without a subject are cut, and
+   * inside a scene those that would be drawn long.
    */
   scale(width, height) {
     const { lens, subject } = this;
     const sides = [width / lens.width, height / lens.height];
     const whole = Math.min(...sides), filled = Math.max(...sides);
-    const fit = Math.min(width / (2 * subject[0]), height / (2 * subject[1])); // the subject touches the border
     const slope = Math.max(MAX_SLOPE, lens.width / (2 * lens.fx), lens.height / (2 * lens.fy));
     const natural = Math.max(width / (2 * slope * lens.fx), height / (2 * slope * lens.fy));
-    const wanted = Math.max(Math.min(natural, MOST_SUBJECT * fit), LEAST_SUBJECT * fit);
-    return Math.max(whole, Math.min(wanted, filled));
+    return Math.max(whole, Math.min(subject ? this._fitting(natural, width, height) : natural, filled));
+  }
+
+  /** The scale nearest to a wished one at which the subject is neither too small nor too large for a window. */
+  _fitting(wished, width, height) {
+    const fit = Math.min(width / (2 * this.subject[0]), height / (2 * this.subject[1])); // it touches the border
+    return Math.max(Math.min(wished, MOST_SUBJECT * fit), LEAST_SUBJECT * fit);
   }
 
   /** Make a camera show a state, in its own width and height, see `scale`. */
