@@ -223,6 +223,11 @@ def test_one_finger_turns_two_move_and_zoom(open_page, path, contents):
     touch("touchMove", (124, 100))
     touch("touchEnd")
     np.testing.assert_allclose((state_of(page) - first)[4:], (-24 * pi / HEIGHT, 0), atol=1e-9)
+    outline = "getComputedStyle(brushgs.canvas).outlineStyle"
+    assert page.evaluate(outline) == "none"
+    page.keyboard.press("Tab")
+    page.keyboard.press("Shift+Tab")
+    assert page.evaluate(outline) == "solid"
     settle(page)
     before = shot(page)
     distance = np.exp(state_of(page)[3])

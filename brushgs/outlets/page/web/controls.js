@@ -269,6 +269,7 @@ class Controls {
     on("pointercancel", this._onUp);
     on("wheel", this._onWheel, { passive: false });
     on("contextmenu", (event) => event.preventDefault());
+    for (const name of ["keydown", "focusout"]) on(name, () => stage.classList.remove("is-touched"));
   }
 
   _place(event) {
@@ -281,6 +282,7 @@ class Controls {
     this._travel = null;
     this.stage.setPointerCapture(event.pointerId);
     this.canvas.focus({ preventScroll: true });
+    this.stage.classList.add("is-touched"); // browsers draw the focus of a script as that of keys
     if (event.button === 1) event.preventDefault(); // a middle button would begin to scroll
     const place = this._place(event);
     const isAside = event.button !== 0 || event.shiftKey;
