@@ -86,7 +86,7 @@ def open_brushes(
         if not named.names and len(paths_of(stroke)) == 1:
             texture = BrushSet.open(stroke, size=side, colored=colored)
         else:
-            texture = kit.open(size=side, known=_known(kit, side, colored, memory), colored=colored)
+            texture = kit.open(size=side, known=_built_in(kit, side, colored, memory), colored=colored)
         if styled and texture.kind == "image":
             from brushgs.brushes.of_style import fitting
 
@@ -108,7 +108,7 @@ def open_brushes(
     return texture, kit
 
 
-def _known(kit: "BrushKit", side: int, colored: bool, memory: Memory) -> "dict[str, StrokeTexture] | None":
+def _built_in(kit: "BrushKit", side: int, colored: bool, memory: Memory) -> "dict[str, StrokeTexture] | None":
     """The images of a kit from a memory, if all are built-in ones, about which there is nothing to warn."""
     from brushgs.brushes.texture import StrokeTexture, variants_of
 

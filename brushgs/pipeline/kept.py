@@ -333,11 +333,11 @@ def _encoded_items(value: Any, encode: Callable[[Any], Any]) -> Any:
         return {"tuple": items} if isinstance(value, tuple) else items
     if isinstance(value, dict) and all(isinstance(key, str) for key in value):
         return {"dict": {key: encode(one) for key, one in value.items()}}
-    known = {one.name: encode(getattr(value, one.name)) for one in fields(_known(value))}
+    known = {one.name: encode(getattr(value, one.name)) for one in fields(_kept(value))}
     return {"class": type(value).__name__, "fields": known}
 
 
-def _known(value: T) -> T:
+def _kept(value: T) -> T:
     """The value itself. Raises Unnamed if results of its class are not kept."""
     kind = type(value)
     if _CLASSES.get(kind.__name__) != kind.__module__:

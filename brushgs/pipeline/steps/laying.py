@@ -319,8 +319,9 @@ def accents(
     memory: Memory,
 ) -> list[Coat]:
     """The coat of accents, if any."""
-    around = pruned, focus, lens, made, continued
-    return with_accents(painted_with, plain_views, *around, report, memory)
+    return with_accents(
+        painted_with, plain_views, pruned, focus, lens, made, continued, report=report, memory=memory
+    )
 
 
 @anew
