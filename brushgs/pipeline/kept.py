@@ -228,14 +228,16 @@ class Store:
 
     def __init__(self, folder: Path, most: int = MOST_BYTES) -> None:
         """Nothing is read or written yet."""
-        self.folder, self.most = folder, most
+        self.folder, self.most, self._is_changed = folder, most, False
 
     def files(self) -> list[tuple[Path, os.stat_result]]:
         """All results, the most recently used first."""
         found = []
-        for path in self.folder.glob(f"*{SUFFIX}"):
-            with suppress(OSError):  # another command removed it
-                found.append((path, path.stat()))
+        with suppress(FileNotFoundError), os.scandir(self.folder) as entries:
+            for entry in entries:
+                if entry.name.endswith(SUFFIX):
+                    with suppress(OSError):  # another command removed it
+                        found.append((Path(entry.path), entry.stat()))
         return sorted(found, key=lambda one: -one[1].st_mtime_ns)
 
     def load(self, name: str, given: Mapping[str, Any] = NOTHING) -> Any:
@@ -283,15 +285,18 @@ class Store:
             self.folder.mkdir(parents=True, exist_ok=True)
             write_arrays(temporary, encoded, arrays)
             temporary.replace(self.folder / f"{name}{SUFFIX}")
-            self._trim()
+            self._is_changed = True
         except OSError:  # a full disk, a folder that cannot be written
             pass
         finally:
             with suppress(OSError):
                 temporary.unlink(missing_ok=True)
 
-    def _trim(self) -> None:
-        total = 0
+    def trim(self) -> None:
+        """Remove the least recently used results where those of this command made the folder too large."""
+        if not self._is_changed:
+            return
+        self._is_changed, total = False, 0
         for path, found in self.files():
             total += found.st_size
             if total > self.most:
@@ -474,6 +479,7 @@ class KeptMemory(Memory):
         for one in self._waiting.values():
             self.store.save(*one)
         self._waiting.clear()
+        self.store.trim()
 
 
 @contextmanager
@@ -526,3 +532,4 @@ def keeping(inner: Memory | None) -> Iterator[Memory | None]:
         yield memory
     memory.close()
     levels.close()
+    store.trim()

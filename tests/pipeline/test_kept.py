@@ -21,6 +21,7 @@ from brushgs.pipeline.kept import KeptMemory, Store, Unnamed, digest
 from brushgs.pipeline.kept_file import read_arrays, write_arrays
 from brushgs.pipeline.kept_levels import KeptLevels
 from brushgs.pipeline.report import Report
+from brushgs.rendering import texture_levels
 from brushgs.rendering.plain import plain_views
 from brushgs.rendering.texture_levels import found_by, known_levels, packed_levels
 from tests.kit.kept import MOST_HASHED, OF_NAME, of_content
@@ -162,11 +163,13 @@ def test_a_folder_counts_by_its_files(tmp_path, monkeypatch):
 
 
 def test_damaged_results_are_made_again(folder, scene, tmp_path):
+    texture_levels._cache.clear()  # as in a new process: levels of brushes are searched on disk
     before = picture(scene, tmp_path / "one.png")
     names = sorted(path.name for path in folder.iterdir())
     for index, path in enumerate(sorted(folder.iterdir())):
         content = path.read_bytes()
         path.write_bytes((b"", content[:-64], content[:20], b"not a kept one" * 96)[index % 4])
+    texture_levels._cache.clear()
     np.testing.assert_array_equal(picture(scene, tmp_path / "two.png"), before)
     assert sorted(path.name for path in folder.iterdir()) == names
     assert all(read_arrays(path) for path in folder.iterdir())
@@ -223,6 +226,7 @@ def test_the_least_recently_used_go_first(tmp_path):
         os.utime(tmp_path / f"{index}.kept", ns=(index, index))
     store.load("0")
     store.save("3", np.zeros(1000), 9.0)
+    store.trim()
     assert sorted(path.stem for path in tmp_path.iterdir()) == ["0", "2", "3"]
     store.save("large", np.zeros(9000), 9.0)  # larger than its share
     assert not (tmp_path / "large.kept").exists()
@@ -233,6 +237,7 @@ def test_commands_at_the_same_time_do_no_harm(tmp_path):
 
     def use(index):
         store.save(str(index % 4), value, 9.0)
+        store.trim()
         with suppress(KeyError):  # another one removed it
             np.testing.assert_array_equal(store.load(str(index % 4)), value)
 
