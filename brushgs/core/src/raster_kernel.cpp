@@ -392,16 +392,20 @@ template <class T, Kernel kernel, Shading shading = Shading::none, Shading kept>
     if (has_relief && !is_image<kernel>) fill(samples.heights, thickness_of(task, id, share));
 }
 
-// The largest squared softness of each stroke of a tile and all behind it, and 0 at the end.
+// The bound on each stroke of a tile and all behind it; that of nothing at the end.
 template <class T>
-const T* find_reaches(const TileTask<T>& task, SoftQueues<T>& queues) {
-    make_reaches(queues, task.num_ids + 1);
-    T largest = queues.reaches[task.num_ids] = 0;
+const SoftBehind<T>* find_behind(const TileTask<T>& task, SoftQueues<T>& queues) {
+    make_behind(queues, task.num_ids + 1);
+    SoftBehind<T> bound = queues.behind[task.num_ids] = {0, std::numeric_limits<T>::max()};
     for (std::size_t i = task.num_ids; i > 0; --i) {
-        const T own = task.boxes.softness[task.ids[i - 1]], squared = own * own;
-        queues.reaches[i - 1] = largest = squared > largest ? squared : largest;
+        const std::uint32_t id = task.ids[i - 1];
+        const T softness = task.boxes.softness[id], squared = softness * softness;
+        const T begin = task.boxes.depths[id] - softness;
+        if (bound.squared_softness < squared) bound.squared_softness = squared;
+        if (begin < bound.begin) bound.begin = begin;
+        queues.behind[i - 1] = bound;
     }
-    return queues.reaches;
+    return queues.behind;
 }
 
 // By value, as above. `next` samples a record into its argument, or returns false at the end. A record is sampled
@@ -441,9 +445,16 @@ template <class T, Shading kept, class Next>
 }
 
 template <class T>
+[[gnu::always_inline]] inline SoftRecord<T> stroke_record(const BoxView<T>& boxes, std::uint32_t id,
+                                                          const SoftBehind<T>& behind) {
+    const T depth = boxes.depths[id], softness = boxes.softness[id];
+    return {id, depth, softness * softness, depth + softness, behind};
+}
+
+template <class T>
 void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, SoftTile<T>& tile) {
     clear(queues);
-    const T* const reaches = find_reaches(task, queues);
+    const SoftBehind<T>* const behind = find_behind(task, queues);
     const Attributes<T, kMostChannels> attributes(task.boxes.layers);
     std::size_t i = 0;
     blend_softly<T, Shading::none>(
@@ -451,8 +462,7 @@ void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, SoftTile<T>
             if (i == task.num_ids) return false;
             prefetch(task, attributes, i);
             const std::uint32_t id = task.ids[i];
-            const T softness = task.boxes.softness[id];
-            samples.record = {id, task.boxes.depths[id], softness * softness, reaches[i]};
+            samples.record = stroke_record(task.boxes, id, behind[i]);
             sample_softly<T, Kernel::bilinear>(task, task.records[id], tile, false, samples);
             ++i;
             return true;
@@ -463,7 +473,7 @@ void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, SoftTile<T>
 template <class T, Shading kept>
 void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, SoftTile<T>& tile) {
     clear(queues);
-    const T* const reaches = find_reaches(task, queues);
+    const SoftBehind<T>* const behind = find_behind(task, queues);
     const Attributes<T, kMostChannels> attributes(task.boxes.layers);
     const bool has_relief = queues.keeps_heights;
     constexpr T largest = std::numeric_limits<T>::max();  // infinite depths would have no gap between them
@@ -474,15 +484,17 @@ void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, Soft
             if (!order.next(layer)) return false;
             const std::uint32_t id = task.ids[layer.place];
             if (layer.is_underpaint) {  // has no softness of its own
-                const double behind = underpaint_depth(task.boxes, id);
-                const T depth = behind < static_cast<double>(largest) ? static_cast<T>(behind) : largest;
-                samples.record = {id, depth, 0, reaches[order.next_place()]};
+                const double exact = underpaint_depth(task.boxes, id);
+                const T depth = exact < static_cast<double>(largest) ? static_cast<T>(exact) : largest;
+                const SoftBehind<T> strokes = behind[order.next_place()];
+                // More underpaint may follow, at this depth or behind it.
+                const T begin = strokes.begin < depth ? strokes.begin : depth;
+                samples.record = {id, depth, 0, depth, {strokes.squared_softness, begin}};
                 sample_softly<T, Kernel::gaussian>(task, task.underpaints[id], tile, has_relief, samples,
                                                    static_cast<T>(kUnderpaintThickness));
                 return true;
             }
-            const T softness = task.boxes.softness[id];
-            samples.record = {id, task.boxes.depths[id], softness * softness, reaches[layer.place]};
+            samples.record = stroke_record(task.boxes, id, behind[layer.place]);
             prefetch(task, attributes, layer.place);
             const Record<T>& record = task.records[id];
             if constexpr (kept == Shading::tints) {

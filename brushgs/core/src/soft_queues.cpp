@@ -61,9 +61,9 @@ void add_places(SoftQueues<T>& queues) {
         std::copy_n(queues.waiting + b * before, before, waiting.get() + b * words);
     auto records = std::make_unique<std::uint32_t[]>(places);
     std::copy_n(queues.records, queues.num_places, records.get());
-    auto columns = std::make_unique<T[]>(2 * places);
+    auto columns = std::make_unique<T[]>(3 * places);
     T* next = columns.get();
-    for (T** const column : {&queues.depths, &queues.squared_softness}) {
+    for (T** const column : {&queues.depths, &queues.squared_softness, &queues.ends}) {
         std::copy_n(*column, queues.num_places, next);
         *column = next;
         next += places;
@@ -91,6 +91,7 @@ void drop_places(SoftQueues<T>& queues, std::size_t count, std::size_t used) {
     to_front(queues.records, 1);
     to_front(queues.depths, 1);
     to_front(queues.squared_softness, 1);
+    to_front(queues.ends, 1);
     const std::size_t words = queues.num_words, skipped = count / kWordPlaces, shift = count % kWordPlaces;
     for (std::size_t b = 0; b < num_queues; ++b) {
         std::uint64_t* const waiting = queues.waiting + b * words;
@@ -103,11 +104,11 @@ void drop_places(SoftQueues<T>& queues, std::size_t count, std::size_t used) {
 }
 
 template <class T>
-void make_reaches(SoftQueues<T>& queues, std::size_t count) {
-    if (count <= queues.num_reaches) return;
-    queues.reach_memory = std::make_unique_for_overwrite<T[]>(2 * count);
-    queues.reaches = queues.reach_memory.get();
-    queues.num_reaches = 2 * count;
+void make_behind(SoftQueues<T>& queues, std::size_t count) {
+    if (count <= queues.num_behind) return;
+    queues.behind_memory = std::make_unique_for_overwrite<SoftBehind<T>[]>(2 * count);
+    queues.behind = queues.behind_memory.get();
+    queues.num_behind = 2 * count;
 }
 
 template void add_slots(SoftQueues<float>&);
@@ -120,7 +121,7 @@ template void keep_shades(SoftQueues<float>&, int);
 template void keep_shades(SoftQueues<double>&, int);
 template void keep_heights(SoftQueues<float>&, bool);
 template void keep_heights(SoftQueues<double>&, bool);
-template void make_reaches(SoftQueues<float>&, std::size_t);
-template void make_reaches(SoftQueues<double>&, std::size_t);
+template void make_behind(SoftQueues<float>&, std::size_t);
+template void make_behind(SoftQueues<double>&, std::size_t);
 
 }  // namespace brushgs

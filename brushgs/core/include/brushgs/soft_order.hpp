@@ -66,7 +66,8 @@ struct SoftRecord {
     std::uint32_t id;
     T depth;             // camera z
     T squared_softness;  // world units squared
-    T reach;             // the largest squared softness of this record and all behind it
+    T end;               // depth + softness
+    SoftBehind<T> behind;
 };
 
 // What a record is at the pixels of a tile.
@@ -162,9 +163,10 @@ public:
                 const Real softness = L::load(squared_softness_ + place);
                 const auto all = L::from_bits(~0u);
                 const auto is_in_front = L::at_least(all, squared, softness + L::set(record.squared_softness));
-                const auto is_final = L::at_least(all, squared, softness + L::set(record.reach));
+                const auto by_largest = L::at_least(all, squared, softness + L::set(record.behind.squared_softness));
+                const auto by_nearest = L::at_least(all, L::set(record.behind.begin), L::load(ends_ + place));
                 reached |= static_cast<std::uint64_t>(~L::bits(is_in_front) & kAllLanes) << k;
-                open |= static_cast<std::uint64_t>(~L::bits(is_final) & kAllLanes) << k;
+                open |= static_cast<std::uint64_t>(~(L::bits(by_largest) | L::bits(by_nearest)) & kAllLanes) << k;
             }
             if (end < start + kWordPlaces) {
                 const std::uint64_t used = end > start ? (std::uint64_t{1} << (end - start)) - 1 : 0;
@@ -178,6 +180,7 @@ public:
         own_ = num_used_++;
         depths_[own_] = record.depth;
         squared_softness_[own_] = record.squared_softness;
+        ends_[own_] = record.end;
         row_records_[own_] = record.id;
         num_begun_ = own_ / kWordPlaces + 1;
     }
@@ -288,6 +291,7 @@ private:
         slots_ = queues_.slots, shades_ = queues_.shades, heights_ = queues_.heights, free_slots_ = queues_.free_slots;
         entries_ = queues_.entries, waiting_ = queues_.waiting, reached_ = queues_.reached, open_ = queues_.open;
         row_records_ = queues_.records, depths_ = queues_.depths, squared_softness_ = queues_.squared_softness;
+        ends_ = queues_.ends;
         num_places_ = queues_.num_places, num_words_ = queues_.num_words;
     }
 
@@ -453,6 +457,7 @@ private:
     std::uint32_t* row_records_;
     T* depths_;
     T* squared_softness_;
+    T* ends_;
     std::size_t num_free_, num_places_, num_words_;
     std::size_t num_used_ = 0;                    // places
     std::size_t first_open_ = 0;                  // the first place of a record that is not final

@@ -30,6 +30,15 @@ struct FragmentEntry {
     std::uint16_t shown;   // those in which it is seen: some light reaches it
 };
 
+// A bound on a record of a tile and all behind it. Two records reach each other within the root of the sum of their
+// squared softness, which is at most the sum of their softness: so one with depth + softness <= `begin` is in front of
+// all of them, however large the softness of a stroke far behind.
+template <class T>
+struct SoftBehind {
+    T squared_softness;  // the largest
+    T begin;             // the least depth - softness
+};
+
 constexpr std::size_t kWordPlaces = 64;  // places whose bits make one word
 
 // Kept by each thread from tile to tile.
@@ -40,7 +49,8 @@ struct SoftQueues {
     std::unique_ptr<std::uint32_t[]> free_memory;
     std::unique_ptr<FragmentEntry[]> entry_memory;
     std::unique_ptr<std::uint64_t[]> waiting_memory;
-    std::unique_ptr<T[]> column_memory, reach_memory, shade_memory, height_memory;
+    std::unique_ptr<T[]> column_memory, shade_memory, height_memory;
+    std::unique_ptr<SoftBehind<T>[]> behind_memory;
     std::unique_ptr<std::uint32_t[]> record_memory;
     FragmentSlot<T>* slots = nullptr;     // [num_slots]
     T* shades = nullptr;                  // [num_slots, num_shades, 16] factors of the color, or colors; or null
@@ -53,8 +63,9 @@ struct SoftQueues {
     std::uint32_t* records = nullptr;     // [num_places]
     T* depths = nullptr;                  // [num_places] camera z
     T* squared_softness = nullptr;        // [num_places]
-    T* reaches = nullptr;                 // [num_ids of a tile + 1] the largest squared softness from there on
-    std::size_t num_slots = 0, num_free = 0, num_places = 0, num_words = 0, num_reaches = 0;
+    T* ends = nullptr;                    // [num_places] depth + softness
+    SoftBehind<T>* behind = nullptr;      // [num_ids of a tile + 1]
+    std::size_t num_slots = 0, num_free = 0, num_places = 0, num_words = 0, num_behind = 0;
     int num_shades = 0;  // of a slot: 0 for none, 1 for a factor, 3 for a color
     bool keeps_heights = false;
     bool is_crowd = false;  // of the tile: set where more than kMostWaiting wait
@@ -81,8 +92,8 @@ void keep_shades(SoftQueues<T>& queues, int num_shades);
 template <class T>
 void keep_heights(SoftQueues<T>& queues, bool keeps);
 
-// Makes room for `count` reaches.
+// Makes room for `count` bounds.
 template <class T>
-void make_reaches(SoftQueues<T>& queues, std::size_t count);
+void make_behind(SoftQueues<T>& queues, std::size_t count);
 
 }  // namespace brushgs
