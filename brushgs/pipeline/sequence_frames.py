@@ -7,19 +7,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from brushgs.formats.registry import holds_depth
 from brushgs.options.clip import ClipConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import GrowConfig, SequenceConfig
 from brushgs.pipeline.film_track import FilmTrack
 from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.pipeline.hand import open_hand
+from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.prepare import Prepared
+from brushgs.rendering.fixed_order import mean_distances
 from brushgs.values.arrays import Array
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.shot import Origin
 
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
+    from brushgs.rendering.canvas import Painting
+    from brushgs.rendering.coat import Coat
     from brushgs.rendering.hand import Hand
     from brushgs.rendering.project import Directions
     from brushgs.rendering.track import Track
@@ -59,16 +64,38 @@ class SequenceFrames:
         assert self.prepared.path is not None
         return self.prepared.path
 
+    @cached_property
+    def painting(self) -> "Painting":
+        """The painting, with the strokes around a subject in one order for all frames.
+
+        In soft order, with underpaint, they take 3.5 to 4 times as long. Films by hand move strokes, layers
+        of a file need their depths, and films that must match pictures take the order of these.
+        """
+        painting, draw, output = self.prepared.painting, self.config.draw, self.config.output
+        matches = draw.order is not None or draw.lock == "canonical" or output.all_layers or output.deep
+        if matches or self.prepared.growth is not None or self.hand is not None:
+            return painting
+
+        def fixed(coat: "Coat") -> "Coat":
+            is_plain = coat.blend == "cover" and coat.tolerance is None and not coat.needs_depth
+            if coat.name != BACKDROP or not is_plain or coat.options.order != "soft":
+                return coat
+            return replace(coat, distances=mean_distances(coat.strokes.means, self.path.cameras))
+
+        return replace(painting, coats=tuple(map(fixed, painting.coats)))
+
     def painter(self, kind: FrameKind) -> FramePainter:
         """The painter of every frame."""
-        painting, background = self.prepared.painting, self.prepared.background
+        has_depth = kind.suffix is not None and holds_depth(f"a{kind.suffix}")
+        painting = self.prepared.painting if has_depth else self.painting
+        background = self.prepared.background
         fade = 0.0 if self.growing is None else self.growing.fade
         takes_light = self.prepared.moving is None or self.prepared.moving.takes_light
         return FramePainter(painting, background, kind, self.prepared.growth, fade, takes_light, self.hand)
 
     def small(self, side: int) -> Iterator[Array]:
         """The frames, small and flat, on the mean color of their background, painted on demand."""
-        painting, background = self.prepared.painting, self.prepared.background
+        painting, background = self.painting, self.prepared.background
         behind = background if painting.surface is None else painting.surface.rgb
         color = np.asarray(1.0 if behind is None else behind).reshape(-1, 3).mean(axis=0)
         flat = replace(painting, surface=None, lamp=None, part=None, dpi=None)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from brushgs.rendering.effect import Effect
     from brushgs.rendering.motion import Pose
     from brushgs.rendering.nested import Nested
-    from brushgs.values.arrays import Rows
+    from brushgs.values.arrays import F64, Rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +49,8 @@ class Coat:
             if strokes are not lines.
         layers: [N] of flat strokes: of two on one surface, that of the higher layer covers; or None.
         cut: discs in which strokes are erased; or None.
+        distances: [N] that order the strokes in every view, in place of their depths, see `fixed_order`; None
+            for depths.
         holds: [N] frames for which the drawing of each stroke is held, >= 1; None for the hold of its part.
         effect: function applied to their picture (as covering paint) before it is laid; None for none.
     """
@@ -70,6 +72,7 @@ class Coat:
     chains: "Rows | None" = field(default=None, kw_only=True)
     layers: "Rows | None" = field(default=None, kw_only=True)
     cut: "Cut | None" = field(default=None, kw_only=True)
+    distances: "F64 | None" = field(default=None, kw_only=True)
     holds: "Rows | None" = field(default=None, kw_only=True)
     effect: "Effect | None" = field(default=None, kw_only=True)
 
@@ -119,6 +122,10 @@ class Coat:
             directions = self.fields.directions(self.strokes, camera, options)
         options = options if directions is None else options.in_direction(directions)
         boxes, counts = project_with(self.strokes, camera, options)
+        if self.distances is not None:
+            from brushgs.rendering.fixed_order import in_fixed_order
+
+            boxes = in_fixed_order(boxes, self.distances)
         if self.is_flat:
             from brushgs.rendering.flat import around_outlines, in_order, planes_of
 
