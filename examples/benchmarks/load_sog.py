@@ -21,7 +21,7 @@ import brushgs as bg
 from brushgs.core.threads import num_threads_or_default
 from brushgs.formats.pictures.images import MAX_PIXELS, read_bytes
 from examples.benchmarks import machine
-from tests.io.scenes.sog_maker import decode_row, files_of, make, zipped
+from tests.io.scenes.sog_maker import decode, files_of, make, zipped
 
 
 def large_scene(num_rows: int) -> dict:
@@ -47,7 +47,7 @@ def verify(path: Path, scene: dict, num_rows: int) -> None:
     gaussians = bg.load(path)
     assert len(gaussians) == num_rows
     for row in (0, num_rows // 2, num_rows - 1):
-        for name, value in decode_row(scene, row).items():
+        for name, (value,) in decode(scene, [row]).items():
             np.testing.assert_allclose(getattr(gaussians, name)[row], value, rtol=2e-6, atol=3e-7)
 
 

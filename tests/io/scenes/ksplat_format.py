@@ -1,19 +1,18 @@
-""".ksplat files from values, and their values back, one Gaussian at a time; written apart from the reader."""
+""".ksplat files from values, and their values back; written apart from the reader."""
 
-import math
 import struct
 from typing import Any
 
 import numpy as np
 
-from tests.io.scenes.splat_format import C0, byte
+from tests.io.scenes.splat_format import C0, as_bytes
 
 NUM_REST = (0, 3, 8, 15)  # coefficients per channel, by degree
 BUCKET_ROWS, BLOCK = 16, 5.0
 LIMITS = -2.0, 1.0  # of coefficients, at level 2
 Scene = dict[str, Any]
-BASE = (struct.Struct("<3f3f4f4B"), struct.Struct("<3H3e4e4B"), struct.Struct("<3H3e4e4B"))
-REST = "feB"  # type of a coefficient, by level
+# By level: of centers, of sizes and turns, of coefficients.
+TYPES = (("<f4", "<f4", "<f4"), ("<u2", "<f2", "<f2"), ("<u2", "<f2", "u1"))
 
 
 def make(num_rows: int, degree: int = 0, seed: int = 0) -> Scene:
@@ -30,54 +29,43 @@ def make(num_rows: int, degree: int = 0, seed: int = 0) -> Scene:
     }
 
 
-def in_bands(rest: Any) -> list[float]:
-    """[3, coefficients] -> in the order of the file: band by band, within a band channel by channel."""
-    found: list[float] = []
-    for band in (1, 2, 3):
-        for channel in rest:
-            found += list(channel[band * band - 1 : (band + 1) ** 2 - 1])
-    return found
+def in_bands(rest: np.ndarray) -> np.ndarray:
+    """[n, 3, k] -> [n, 3 k] in the order of the file: band by band, within a band channel by channel."""
+    bands = (rest[:, :, band * band - 1 : (band + 1) ** 2 - 1] for band in (1, 2, 3))
+    return np.concatenate([band.reshape(len(rest), -1) for band in bands], axis=1)
 
 
-def _row(scene: Scene, row: int, mean: Any, level: int, limits: tuple[float, float]) -> bytes:
-    rgba = [byte(255 * value) for value in (*scene["colors"][row], scene["opacities"][row])]
-    rest = in_bands(scene["rest"][row])
-    if level == 2:
-        low, high = limits
-        rest = [min(max(math.floor((value - low) / (high - low) * 255), 0), 255) for value in rest]
-    base = BASE[level].pack(*mean, *scene["scales"][row], *scene["quats"][row], *rgba)
-    return base + struct.pack(f"<{len(rest)}{REST[level]}", *rest)
+def row_type(level: int, degree: int) -> np.dtype:
+    mean, size, rest = TYPES[level]
+    columns = [("means", mean, 3), ("scales", size, 3), ("quats", size, 4), ("rgba", "u1", 4)]
+    return np.dtype([*columns, ("rest", rest, (3 * NUM_REST[degree],))])
 
 
 def _section(
     scene: Scene, level: int, room: int, partial: list[int], offsets: int, limits: tuple[float, float]
 ) -> tuple[bytes, bytes]:
     """Header and content; the last buckets hold so many Gaussians as `partial` says, all others 16."""
-    num_rows = len(scene["means"])
+    means, num_rows = scene["means"], len(scene["means"])
     degree = NUM_REST.index(scene["rest"].shape[2])
     num_full = (num_rows - sum(partial)) // BUCKET_ROWS
     lengths = [BUCKET_ROWS] * num_full + partial
-    assert sum(lengths) == num_rows
-    bucket_of = [bucket for bucket, length in enumerate(lengths) for _ in range(length)]
-    centers = [
-        np.float32(scene["means"][[b == bucket for b in bucket_of]].mean(axis=0)) if length else np.zeros(3)
-        for bucket, length in enumerate(lengths)
-    ]
-    rows = []
-    for row, mean in enumerate(scene["means"]):
-        if level:
-            away = mean - centers[bucket_of[row]]
-            mean = [round(d / (BLOCK / 2 / offsets)) + offsets for d in away]
-        rows.append(_row(scene, row, mean, level, limits))
-    size = BASE[level].size + struct.calcsize(f"<{3 * NUM_REST[degree]}{REST[level]}")
-    data = b"".join(rows) + b"\xee" * size * (room - num_rows)
+    rest, rows = in_bands(scene["rest"]), np.zeros(num_rows, row_type(level, degree))
+    data = b""
     if level:
-        table = struct.pack(f"<{len(partial)}I", *partial)
-        data = table + b"".join(struct.pack("<3f", *center) for center in centers) + data
-    buckets = (BUCKET_ROWS, len(lengths), BLOCK, 12, offsets) if level else (0, 0, 0.0, 0, 0)
+        bucket_of = np.repeat(np.arange(len(lengths)), lengths)
+        sums = np.array([means[bucket_of == bucket].sum(axis=0) for bucket in range(len(lengths))])
+        centers = (sums / np.maximum(lengths, 1)[:, None]).astype("<f4")
+        means = np.rint((means - centers[bucket_of]) / (BLOCK / 2 / offsets)) + offsets
+        data = struct.pack(f"<{len(partial)}I", *partial) + centers.tobytes()
+    if level == 2:
+        rest = np.clip(np.floor((rest - limits[0]) / (limits[1] - limits[0]) * 255), 0, 255)
+    rows["means"], rows["scales"], rows["quats"], rows["rest"] = means, scene["scales"], scene["quats"], rest
+    rows["rgba"] = as_bytes(255 * np.c_[scene["colors"], scene["opacities"]])
+    data += rows.tobytes() + b"\xee" * rows.itemsize * (room - num_rows)
+    buckets = (BUCKET_ROWS, len(lengths), BLOCK, 12) if level else (0, 0, 0.0, 0)
     ends = (num_full, len(partial)) if level else (0, 0)
     stored = 0 if offsets == 32767 else offsets  # 0 stands for the usual range
-    header = struct.pack("<IIIIfHxxI", num_rows, room, *buckets[:4], stored if level else 0)
+    header = struct.pack("<IIIIfHxxI", num_rows, room, *buckets, stored if level else 0)
     return (header + struct.pack("<IIIH", len(data), *ends, degree)).ljust(1024, b"\0"), data
 
 
@@ -106,49 +94,32 @@ def encode(
     return b"".join([*parts, *(data for _, data in sections)])
 
 
-def _terms(rest: list[float], degree: int) -> list[list[float]]:
-    """The opposite of `in_bands`: one coefficient of all channels after the other."""
-    terms = []
-    for band in range(1, degree + 1):
-        width, first = 2 * band + 1, 3 * (band * band - 1)
-        terms += [[rest[first + width * channel + m] for channel in range(3)] for m in range(width)]
-    return terms
-
-
 def decode(data: bytes) -> dict[str, np.ndarray]:
     """Columns as the reader returns them; coefficients of bands that a section has not are 0."""
     num_sections, level = struct.unpack_from("<I", data, 4)[0], struct.unpack_from("<H", data, 20)[0]
     low, high = struct.unpack_from("<2f", data, 36)
     low, high = low or -1.5, high or 1.5
-    start = 4096 + 1024 * num_sections
-    found: dict[str, list[Any]] = {name: [] for name in ("means", "scales", "quats", "opacities", "sh")}
+    start, found = 4096 + 1024 * num_sections, []
     for section in range(num_sections):
         fields = struct.unpack_from("<IIIIfHxxIIIIH", data, 4096 + 1024 * section)
         count, room, bucket_rows, num_buckets, block, _, offsets, _, num_full, num_partial, degree = fields
-        offsets = offsets or 32767
-        lengths = [bucket_rows] * num_full + list(struct.unpack_from(f"<{num_partial}I", data, start))
-        start += 4 * num_partial
-        centers = np.frombuffer(data, "<f4", 3 * num_buckets, start).reshape(-1, 3).astype(float)
-        start += 12 * num_buckets
-        bucket_of = np.repeat(np.arange(len(lengths)), lengths)
-        num_rest = NUM_REST[degree]
-        kind = f"<{3 * num_rest}{REST[level]}"
-        size = BASE[level].size + struct.calcsize(kind)
-        for row in range(count):
-            values = BASE[level].unpack_from(data, start + size * row)
-            mean = values[:3]
-            if level:
-                mean = (np.array(mean) - offsets) * block / 2 / offsets + centers[bucket_of[row]]
-            found["means"].append(mean)
-            found["scales"].append(values[3:6])
-            found["quats"].append(values[6:10])
-            found["opacities"].append(values[13] / 255)
-            rest = list(struct.unpack_from(kind, data, start + size * row + BASE[level].size))
-            if level == 2:
-                rest = [value / 255 * (high - low) + low for value in rest]
-            color = [(value / 255 - 0.5) / C0 for value in values[10:13]]
-            found["sh"].append([color, *_terms(rest, degree)])
-        start += size * room
-    most = max(map(len, found["sh"]))
-    found["sh"] = [terms + [[0.0] * 3] * (most - len(terms)) for terms in found["sh"]]
-    return {name: np.array(values) for name, values in found.items()}
+        partial = np.frombuffer(data, "<u4", num_partial, start)
+        centers = np.frombuffer(data, "<f4", 3 * num_buckets, start + 4 * num_partial).reshape(-1, 3)
+        start += 4 * num_partial + 12 * num_buckets
+        rows = np.frombuffer(data, row_type(level, degree), count, start)
+        start += rows.itemsize * room
+        means, rest, terms = rows["means"].astype(float), rows["rest"].astype(float), NUM_REST[degree]
+        if level:
+            bucket_of = np.repeat(np.arange(num_buckets), [bucket_rows] * num_full + partial.tolist())
+            means = (means - (offsets or 32767)) * block / 2 / (offsets or 32767) + centers[bucket_of]
+        if level == 2:
+            rest = rest / 255 * (high - low) + low
+        places = in_bands(np.arange(3 * terms).reshape(1, 3, terms))[0].argsort()
+        sh = np.zeros((count, 16, 3))
+        sh[:, 0] = (rows["rgba"][:, :3] / 255 - 0.5) / C0
+        sh[:, 1 : 1 + terms] = rest[:, places].reshape(count, 3, terms).swapaxes(1, 2)
+        found.append((degree, means, rows["scales"], rows["quats"], rows["rgba"][:, 3] / 255, sh))
+    degrees, *columns = zip(*found, strict=True)
+    means, scales, quats, opacities, sh = map(np.concatenate, columns)
+    sh = sh[:, : 1 + NUM_REST[max(degrees)]]
+    return {"means": means, "scales": scales, "quats": quats, "opacities": opacities, "sh": sh}

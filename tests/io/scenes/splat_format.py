@@ -1,12 +1,12 @@
-""".splat files from values, and their values back, one Gaussian at a time; written apart from the reader."""
+""".splat files from values, and their values back; written apart from the reader."""
 
 import math
-import struct
 from typing import Any
 
 import numpy as np
 
 C0 = 0.5 / math.sqrt(math.pi)
+ROW = np.dtype([("means", "<f4", 3), ("scales", "<f4", 3), ("rgba", "u1", 4), ("quats", "u1", 4)])
 Scene = dict[str, Any]
 
 
@@ -23,25 +23,20 @@ def make(num_rows: int, seed: int = 0) -> Scene:
     }
 
 
-def byte(value: float) -> int:
-    return min(max(math.floor(value + 0.5), 0), 255)
+def as_bytes(values: np.ndarray) -> np.ndarray:
+    return np.clip(np.floor(values + 0.5), 0, 255).astype(np.uint8)
 
 
 def encode(scene: Scene) -> bytes:
-    rows = []
-    for mean, scale, color, opacity, quat in zip(*scene.values(), strict=True):
-        rgba = [byte(255 * value) for value in (*color, opacity)]
-        rows.append(struct.pack("<6f8B", *mean, *scale, *rgba, *(byte(128 * value + 128) for value in quat)))
-    return b"".join(rows)
+    rows = np.zeros(len(scene["means"]), ROW)
+    rows["means"], rows["scales"] = scene["means"], scene["scales"]
+    rows["rgba"] = as_bytes(255 * np.c_[scene["colors"], scene["opacities"]])
+    rows["quats"] = as_bytes(128 * scene["quats"] + 128)
+    return rows.tobytes()
 
 
 def decode(data: bytes) -> dict[str, np.ndarray]:
     """Columns as the reader returns them."""
-    rows = list(struct.iter_unpack("<6f8B", data))
-    return {
-        "means": np.array([row[:3] for row in rows]),
-        "scales": np.array([row[3:6] for row in rows]),
-        "sh": np.array([[[(byte / 255 - 0.5) / C0 for byte in row[6:9]]] for row in rows]),
-        "opacities": np.array([row[9] / 255 for row in rows]),
-        "quats": np.array([[(byte - 128) / 128 for byte in row[10:]] for row in rows]),
-    }
+    rows = np.frombuffer(data, ROW)
+    found = {"means": rows["means"], "scales": rows["scales"], "quats": (rows["quats"] - 128.0) / 128}
+    return found | {"opacities": rows["rgba"][:, 3] / 255, "sh": (rows["rgba"][:, None, :3] / 255 - 0.5) / C0}

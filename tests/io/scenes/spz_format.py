@@ -1,10 +1,6 @@
-"""SPZ files from values, and their values back, one Gaussian at a time as the specification has it.
-
-Both are written apart from the reader: plain Python numbers, no arrays.
-"""
+"""SPZ files from values, and their values back, by the specification; written apart from the reader."""
 
 import gzip
-import math
 import struct
 from itertools import pairwise
 from typing import Any
@@ -12,9 +8,12 @@ from typing import Any
 import numpy as np
 import zstandard
 
+from tests.io.scenes.splat_format import as_bytes
+
 ANTIALIASED, EXTENSIONS = 1, 2
 COORDINATE_SYSTEM = 0xADBE0003
 NUM_REST = (0, 3, 8, 15, 24)  # coefficients per channel, by degree
+SMALL = np.array([20, 10, 0])  # places of the three smaller components in a word
 Scene = dict[str, Any]
 
 
@@ -32,40 +31,32 @@ def make(num_rows: int, degree: int = 0, seed: int = 0) -> Scene:
     }
 
 
-def _byte(value: float) -> int:
-    return min(max(math.floor(value + 0.5), 0), 255)
-
-
-def _position(row: Any, version: int, bits: int) -> bytes:
+def _places(means: np.ndarray, version: int, bits: int) -> bytes:
     if version == 1:
-        return struct.pack("<3e", *row)
-    return b"".join(round(value * 2**bits).to_bytes(3, "little", signed=True) for value in row)
+        return means.astype("<f2").tobytes()
+    return np.rint(means * 2**bits).astype("<i4").reshape(-1, 1).view(np.uint8)[:, :3].tobytes()
 
 
-def _rotation(row: Any, version: int) -> bytes:
-    w, x, y, z = (float(value) for value in row)
+def _turns(quats: np.ndarray, version: int) -> bytes:
+    xyzw = np.roll(quats, -1, axis=1)
     if version < 3:
-        sign = -1 if w < 0 else 1
-        return bytes(_byte(127.5 + 127.5 * sign * value) for value in (x, y, z))
-    components = [x, y, z, w]
-    largest = max(range(4), key=lambda index: abs(components[index]))
-    word = largest
-    for index, value in enumerate(components):
-        if index != largest:
-            is_negative = (value < 0) != (components[largest] < 0)
-            word = word << 10 | is_negative << 9 | math.floor(511 * abs(value) * math.sqrt(2) + 0.5)
-    return struct.pack("<I", word)
+        return as_bytes(127.5 + 127.5 * np.where(quats[:, :1] < 0, -1, 1) * xyzw[:, :3]).tobytes()
+    largest = np.abs(xyzw).argmax(axis=1)[:, None]
+    small = xyzw[np.arange(4) != largest].reshape(-1, 3)
+    is_negative = (small < 0) != (np.take_along_axis(xyzw, largest, 1) < 0)
+    parts = is_negative * 512 + np.floor(511 * np.abs(small) * np.sqrt(2) + 0.5).astype(np.int64)
+    return ((largest[:, 0] << 30) + (parts << SMALL).sum(axis=1)).astype("<u4").tobytes()
 
 
 def blocks(scene: Scene, version: int, bits: int = 12) -> list[bytes]:
     """Positions, opacities, colors, scales, rotations, spherical harmonics."""
     return [
-        b"".join(_position(row, version, bits) for row in scene["means"]),
-        bytes(_byte(value * 255) for value in scene["opacities"]),
-        bytes(_byte((0.5 + 0.15 * value) * 255) for value in scene["sh0"].ravel()),
-        bytes(_byte((value + 10) * 16) for value in scene["log_scales"].ravel()),
-        b"".join(_rotation(row, version) for row in scene["quats"]),
-        bytes(_byte(128 + 128 * value) for value in scene["rest"].ravel()),
+        _places(scene["means"], version, bits),
+        as_bytes(scene["opacities"] * 255).tobytes(),
+        as_bytes((0.5 + 0.15 * scene["sh0"]) * 255).tobytes(),
+        as_bytes((scene["log_scales"] + 10) * 16).tobytes(),
+        _turns(scene["quats"], version),
+        as_bytes(128 + 128 * scene["rest"]).tobytes(),
     ]
 
 
@@ -120,54 +111,44 @@ def streams(data: bytes) -> list[bytes]:
     return found
 
 
-def _parts(content: bytes, version: int, sizes: list[int]) -> list[bytes]:
-    if version < 4:
-        return [content[start:end] for start, end in pairwise(np.cumsum([16, *sizes]))]
-    parts = [zstandard.ZstdDecompressor().decompress(stream) for stream in streams(content)]
-    return parts + [b""] * (6 - len(parts))
-
-
 def decode(data: bytes, most: int | None = None) -> dict[str, np.ndarray]:
     """Columns of a file, or of its first Gaussians, as the reader returns them."""
     content = gzip.decompress(data) if data[:2] == b"\x1f\x8b" else data
     _, version, count, degree, bits = struct.unpack_from("<4sIIBB", content)
-    per_row = [6 if version == 1 else 9, 1, 3, 3, 3 if version < 3 else 4, 3 * NUM_REST[degree]]
-    parts = _parts(content, version, [size * count for size in per_row])
-    rows = [
-        [part[size * row : size * (row + 1)] for part, size in zip(parts, per_row, strict=True)]
-        for row in range(min(count, most or count))
-    ]
-    scene: Scene = {name: [] for name in ("means", "opacities", "sh0", "log_scales", "quats", "rest")}
-    for position, alpha, color, scale, rotation, rest in rows:
-        scene["means"].append(_decode_position(position, bits))
-        scene["opacities"].append(alpha[0] / 255)
-        scene["sh0"].append([(byte / 255 - 0.5) / 0.15 for byte in color])
-        scene["log_scales"].append([byte / 16 - 10 for byte in scale])
-        scene["quats"].append(_decode_rotation(rotation))
-        scene["rest"].append(((np.frombuffer(rest, np.uint8) - 128.0) / 128).reshape(-1, 3).tolist())
-    sh = [[color, *rest] for color, rest in zip(scene.pop("sh0"), scene.pop("rest"), strict=True)]
-    scene["scales"] = np.exp(scene.pop("log_scales"))
-    return {name: np.array(values) for name, values in (scene | {"sh": sh}).items()}
+    widths = [6 if version == 1 else 9, 1, 3, 3, 3 if version < 3 else 4, 3 * NUM_REST[degree]]
+    if version < 4:
+        ends = np.cumsum([16, *(width * count for width in widths)])
+        parts = [content[start:end] for start, end in pairwise(ends)]
+    else:
+        parts = [zstandard.ZstdDecompressor().decompress(stream) for stream in streams(content)]
+        parts += [b""] * (6 - len(parts))
+    means, alphas, colors, scales, turns, rest = (
+        np.frombuffer(part, np.uint8).reshape(count, width)[:most]
+        for part, width in zip(parts, widths, strict=True)
+    )
+    if version == 1:
+        means = np.ascontiguousarray(means).view("<f2").astype(float)
+    else:
+        words = np.pad(means.reshape(-1, 3), ((0, 0), (1, 0))).view("<i4") >> 8
+        means = words.reshape(-1, 3) / 2**bits
+    sh = [((colors / 255 - 0.5) / 0.15)[:, None], (rest.reshape(len(rest), -1, 3) - 128.0) / 128]
+    return {
+        "means": means,
+        "opacities": alphas[:, 0] / 255,
+        "scales": np.exp(scales / 16 - 10),
+        "quats": _decode_turns(turns),
+        "sh": np.concatenate(sh, axis=1),
+    }
 
 
-def _decode_position(packed: bytes, bits: int) -> Any:
-    if len(packed) == 6:
-        return struct.unpack("<3e", packed)
-    integers = [int.from_bytes(packed[i : i + 3], "little", signed=True) for i in (0, 3, 6)]
-    return [value / 2**bits for value in integers]
-
-
-def _decode_rotation(packed: bytes) -> list[float]:
-    if len(packed) == 3:
-        x, y, z = (byte / 127.5 - 1 for byte in packed)
-        return [math.sqrt(max(0, 1 - x * x - y * y - z * z)), x, y, z]
-    word = int.from_bytes(packed, "little")
-    largest = word >> 30
-    components = [0.0] * 4  # x, y, z, w
-    for index in (3, 2, 1, 0):
-        if index != largest:
-            magnitude, is_negative = word & 511, word >> 9 & 1
-            components[index] = (-1) ** is_negative * magnitude / 511 * math.sqrt(0.5)
-            word >>= 10
-    components[largest] = math.sqrt(max(0, 1 - sum(value * value for value in components)))
-    return [components[3], *components[:3]]
+def _decode_turns(packed: np.ndarray) -> np.ndarray:
+    if packed.shape[1] == 3:
+        small, largest = packed / 127.5 - 1, np.full((len(packed), 1), 3)
+    else:
+        words = np.ascontiguousarray(packed).view("<u4").astype(np.int64)
+        parts, largest = words >> SMALL & 1023, words >> 30
+        small = np.where(parts > 511, -1, 1) * (parts & 511) / 511 * np.sqrt(0.5)
+    xyzw = np.zeros((len(small), 4))
+    xyzw[np.arange(4) != largest] = small.ravel()
+    np.put_along_axis(xyzw, largest, np.sqrt(np.maximum(0, 1 - (small**2).sum(axis=1)))[:, None], 1)
+    return np.roll(xyzw, 1, axis=1)
