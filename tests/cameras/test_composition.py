@@ -53,7 +53,7 @@ def middle(view: FirstView, config: ViewConfig | None = None, lamp: np.ndarray |
 
 @settings(max_examples=40, deadline=None)
 @given(
-    st.tuples(*[st.floats(0.1, 10)] * 3).filter(lambda sides: sides[1] > 0.2 * max(sides[0], sides[2])),
+    st.tuples(*[st.floats(0.1, 10)] * 3).filter(lambda sides: sides[1] > 0.2 * max(sides[::2])),
     st.floats(-180, 180),
     st.floats(-20, 90),
     st.floats(10, 90),

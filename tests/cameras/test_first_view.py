@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from brushgs.cameras.first_view import flags_of, framed_camera, framed_orbit, sayable, up_text
-from brushgs.cameras.framing import AXES, MARGIN, NEAR_SHARE, frame_scene, plain_first_view, with_up
+from brushgs.cameras.framing import AXES, MARGIN, NEAR_SHARE, plain_first_view, with_up
 from brushgs.cli import flags
 from brushgs.cli.parser import _joined
 from brushgs.options.painting import ViewConfig
@@ -19,16 +19,10 @@ from tests.cameras.test_framing import box, cloud, pixels
 from tests.kit.for_each import for_each
 
 SIZE = (96, 64)
-SMALL = {"width": 96, "height": 64}
 SCENE = cloud(box(center=(3, -4, 5)))
 VIEW = plain_first_view(SCENE)
-INSIDE = FirstView(
-    box((8, 4, 8), center=(0, 0, 6), num=300),
-    np.array([0.0, -1, 0]),
-    0.0,
-    radians(6),
-    eye=np.array([0.1, 0.2, 0]),
-)
+ROOM, UP = box((8, 4, 8), center=(0, 0, 6), num=300), np.array([0.0, -1, 0])
+INSIDE = FirstView(ROOM, UP, 0.0, radians(6), eye=np.array([0.1, 0.2, 0]))
 
 
 def assert_same(one, other):
@@ -50,9 +44,7 @@ def test_a_roll_turns_the_scene_clockwise_and_keeps_the_subject_whole(roll):
     middle = VIEW.points.mean(axis=0)
     seen, _ = pixels(camera, [middle, middle + 0.1 * VIEW.up])
     x, y = (seen[1] - seen[0]) * (camera.width, camera.height)
-    assert np.degrees(np.arctan2(x, -y)) == pytest.approx(
-        roll, abs=4
-    )  # from the top of the picture, clockwise
+    assert np.degrees(np.arctan2(x, -y)) == pytest.approx(roll, abs=4)  # clockwise from the top
     reach = np.abs(pixels(camera, VIEW.points)[0]).max(axis=0)
     assert reach.max() == pytest.approx(1 - 2 * MARGIN, abs=0.02)
 
@@ -84,21 +76,14 @@ def test_a_point_is_seen_from_the_distance_that_is_given():
         ({"side": "top", "elevation": 1.0}, "elevation cannot be combined with side 'top'"),
         ({"pan": (0, 11.0)}, "pan must be -10 to 10, got 11"),
         ({"look_at": (0, np.inf, 0)}, "look-at must be finite"),
+        ({"look_at": None, "distance": 2.0}, "distance is that to a point: give the point too"),
+        ({"look_at": "part", "distance": 2.0}, "distance is that to a point: give the point too"),
+        ({"look_at": (0, 0, 0), "distance": -1.0}, "distance must be above 0, got -1"),
     ],
 )
 def test_options_that_describe_no_view_are_refused(options, sentence):
     with pytest.raises(ValueError, match=sentence):
         ViewConfig(**options)
-
-
-def test_a_distance_needs_a_point():
-    for look_at in (None, "subject", "part"):
-        with pytest.raises(ValueError, match="distance is that to a point: give the point too"):
-            ViewConfig(look_at=look_at, distance=2.0)
-    with pytest.raises(ValueError, match="distance must be above 0, got -1"):
-        ViewConfig(look_at=(0, 0, 0), distance=-1.0)
-    with pytest.raises(ValueError, match=r"distance must be > 0, and look_at a point, got 2\.0, None"):
-        frame_scene(VIEW, **SMALL, distance=2.0)
 
 
 def test_a_part_is_the_upper_third():
@@ -195,17 +180,9 @@ def test_an_orbit_of_rolled_views_has_the_scene_in_the_middle():
 )
 def test_the_flags_of_a_view_give_it_again_to_the_last_bit(azimuth, elevation, roll, zoom, pan, look_at, up):
     view = plain_first_view(SCENE, up)
-    config = ViewConfig(
-        size=SIZE,
-        azimuth=radians(azimuth),
-        elevation=radians(elevation),
-        roll=radians(roll),
-        zoom=zoom,
-        pan=pan,
-        look_at=look_at[0],
-        distance=look_at[1],
-        fov_y=radians(41.7),
-    )
+    turns = {"azimuth": azimuth, "elevation": elevation, "roll": roll, "fov_y": 41.7}
+    at = {"zoom": zoom, "pan": pan, "look_at": look_at[0], "distance": look_at[1]}
+    config = ViewConfig(size=SIZE, **{name: radians(angle) for name, angle in turns.items()}, **at)
     again = parsed(flags_of(view, config))
     assert_same(framed_camera(plain_first_view(SCENE, again.up), again), framed_camera(view, config))
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.special import expit, logit
 
 import brushgs as bg
 from brushgs.passes.extent import robust_frame
@@ -57,15 +58,11 @@ def _each(names: list[str], change: Callable) -> Callable[[Columns], Planted]:
 
 
 def _sigmoid(values: np.ndarray) -> np.ndarray:
-    return 1 / (1 + np.exp(-values.astype(np.float64)))
+    return expit(values.astype(np.float64))
 
 
 def _rgb(values: np.ndarray) -> np.ndarray:
     return np.clip(0.5 + C0 * values, 0, 1)
-
-
-def _logit(values: np.ndarray) -> np.ndarray:
-    return np.log(values / (1 - values))
 
 
 linear_scales = _each(SCALES, np.exp)
@@ -76,7 +73,7 @@ byte_colors = _each(BASE, lambda values: np.round(255 * _rgb(values)))
 dark = _each(BASE, lambda values: 0.02 * (values - 1.78) - 1.75)
 # Four times as bright: colors of a scene that was trained in linear light, or over-exposed.
 bright = _each(BASE, lambda values: 4 * values + 1.5 / C0)
-faint = _each(["opacity"], lambda logits: _logit(0.05 * _sigmoid(logits)))
+faint = _each(["opacity"], lambda logits: logit(0.05 * _sigmoid(logits)))
 
 
 def xyzw(columns: Columns) -> Planted:
@@ -85,7 +82,7 @@ def xyzw(columns: Columns) -> Planted:
 
 def unnormalised(columns: Columns) -> Planted:
     lengths = np.random.default_rng(1).uniform(0.4, 3, len(columns["x"]))
-    return _each(QUATS, lambda values: values * lengths)(columns)
+    return _whole(columns, {name: columns[name] * lengths for name in QUATS})
 
 
 def faint_bands(columns: Columns, size: float = 1e-4) -> Planted:
@@ -160,12 +157,12 @@ def floaters(columns: Columns, share: float = 0.01) -> Planted:
         added[BASE[axis]] = rng.uniform(-1.5, 1.5, count)
     added |= {name: rng.normal(size=count) for name in QUATS}
     added |= {name: np.zeros(count) for name in columns if name.startswith("f_rest")}
-    added["opacity"] = _logit(opacities)
+    added["opacity"] = logit(opacities)
     return _appended(columns, added)
 
 
 # Name of the finding -> how to plant it, and whether the rows may be few.
-WHOLE: dict[str, list[Callable[[Columns], Planted]]] = {
+WHOLE: dict[str, list[Callable[[Columns], Planted]]] = {  # other encodings first
     "linear-scales": [linear_scales],
     "linear-opacities": [linear_opacities],
     "byte-opacities": [byte_opacities],
@@ -187,10 +184,7 @@ SOME: dict[str, Callable[[Columns, float], Planted]] = {
     "needles": needles,
     "floaters": floaters,
 }
-FAULTS = {
-    "linear-scales", "linear-opacities", "byte-opacities", "xyzw-quaternions", "linear-colors", "byte-colors",
-    "non-finite-rows", "zero-quaternions",
-}  # fmt: skip
+FAULTS = {*list(WHOLE)[:6], "non-finite-rows", "zero-quaternions"}  # of encodings, and rows without a place
 
 
 def _whole(columns: Columns, new: Columns) -> Planted:
@@ -200,10 +194,7 @@ def _whole(columns: Columns, new: Columns) -> Planted:
 
 def _appended(columns: Columns, added: Columns) -> Planted:
     count, extra = len(columns["x"]), len(added["x"])
-    whole = {
-        name: np.concatenate([values, np.asarray(added[name], np.float32)])
-        for name, values in columns.items()
-    }
+    whole = {name: np.append(values, np.float32(added[name])) for name, values in columns.items()}
     return Planted(whole, np.arange(count + extra) >= count)
 
 

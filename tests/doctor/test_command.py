@@ -11,11 +11,6 @@ from tests.doctor import plant
 from tests.doctor.scenes import ball
 from tests.kit.commands import names, run
 
-XYZ = "".join(f"property float {name}\n" for name in "xyz")
-POINTS = f"ply\nformat ascii 1.0\nelement vertex 3\n{XYZ}"
-ROWS = "end_header\n0 0 0\n1 0 0\n0 1 0\n"
-FACES = "element face 2\nproperty list uchar int vertex_indices\n"
-
 
 @pytest.fixture
 def ill(tmp_path):
@@ -50,13 +45,8 @@ def test_what_cannot_be_examined_or_written_exits_2_by_name(ill, tmp_path, capsy
     columns = plant.columns_of(ball(), tmp_path)
     columns["x"][:] = np.nan
     nothing = plant.write(plant.nothing(columns), tmp_path / "nothing.ply")
-    points, mesh = tmp_path / "points.ply", tmp_path / "mesh.ply"
-    points.write_text(POINTS + ROWS)
-    mesh.write_text(POINTS + FACES + ROWS + 2 * "3 0 1 2\n")
     before = ill.read_bytes()
     for words, sentence in (
-        ([points], "is a plain point cloud without scales and rotations"),
-        ([mesh], "is a mesh (2 faces), not a 3D Gaussian"),
         ([nothing], "no row of 3000 can be used"),
         ([ill, "--fix", ill], "is the input, which is never overwritten"),
         ([ill, "--fix", tmp_path / "cured.ksplat"], "output must end in .ply"),

@@ -39,10 +39,9 @@ def test_dropping_floaters_leaves_the_subject_whole():
     assert len(kept) < len(examination.gaussians)
     errors = []
     for azimuth in (30, 150, 270):
-        camera = frame_scene(
-            examination.gaussians, width=400, height=300, up=AXES["-y"], azimuth=np.radians(azimuth)
-        )
-        before, after = (bg.render(g, camera, "gaussian") for g in (examination.gaussians, kept))
+        whole, turn = examination.gaussians, np.radians(azimuth)
+        camera = frame_scene(whole, width=400, height=300, up=AXES["-y"], azimuth=turn)
+        before, after = (bg.render(g, camera, "gaussian") for g in (whole, kept))
         change = np.square(before.over((1, 1, 1)) - after.over((1, 1, 1))).mean(axis=2)
         errors.append(change[after.alpha > 0.9])
     assert -10 * np.log10(np.concatenate(errors).mean() + 1e-12) > 38

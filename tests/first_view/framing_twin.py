@@ -1,6 +1,7 @@
 """What a first view frames, and crumbs below it, in NumPy."""
 
 import numpy as np
+from scipy.ndimage import binary_propagation
 
 from brushgs.cameras.framing import FLAT_ELEVATION, camera_axes, default_elevation
 from brushgs.first_view.sample import Painter, camera_around, thin, thinned
@@ -8,25 +9,10 @@ from brushgs.passes.reduce.contribution import paint_of, projected_areas
 from brushgs.values.quats import rotation_matrices
 from tests.first_view.twin import subject, weighted_quantiles
 
-MOST_ROWS = 60_000
-NUM_VIEWS = 4
-ELEVATION = np.radians(15.0)
-SEEN = 0.5
-MOST_AROUND = 2.0
-VOXELS = 64
-DENSE_TAIL = 0.015
-ATTACHED_VOXELS = 48
-FARTHEST = 0.35
-LARGEST = 0.05
-FILLED, MOST_OF_ONE = 0.06, 0.05
-MARGIN = 0.05
-HANGS = 0.006
-REACH = 2.0
-SMEARED = 2.0
-SAMPLE = 20_000
-ABOVE = 0.7
-COARSE, FAINT = 0.01, 0.1
-MOST = 0.15
+MOST_ROWS, NUM_VIEWS, ELEVATION, SEEN, MOST_AROUND = 60_000, 4, np.radians(15.0), 0.5, 2.0
+VOXELS, DENSE_TAIL = 64, 0.015
+ATTACHED_VOXELS, FARTHEST, LARGEST, FILLED, MOST_OF_ONE, MARGIN = 48, 0.35, 0.05, 0.06, 0.05, 0.05
+HANGS, REACH, SMEARED, SAMPLE, ABOVE, COARSE, FAINT, MOST = 0.006, 2.0, 2.0, 20_000, 0.7, 0.01, 0.1, 0.15
 
 
 def has_surroundings(gaussians, up):
@@ -81,13 +67,10 @@ def with_attached(gaussians, points):
         return points
     border, voxel = FARTHEST * float((high - low).max()), size / ATTACHED_VOXELS
     origin = low - border
-    is_near = gaussians.scales.max(axis=1) < LARGEST * size
-    is_inside = np.ones(len(gaussians), bool)
-    for axis in range(3):
-        column = gaussians.means[:, axis]
-        is_near &= (column >= origin[axis]) & (column <= high[axis] + border)
-        is_inside &= (column >= low[axis]) & (column <= high[axis])
-    rows = np.flatnonzero(is_near & ~is_inside)
+    means = gaussians.means
+    is_near = ((means >= origin) & (means <= high + border)).all(axis=1)
+    is_near &= gaussians.scales.max(axis=1) < LARGEST * size
+    rows = np.flatnonzero(is_near & ~_within(gaussians, points))
     if len(rows) == 0:
         return points
     means = gaussians.means[rows].astype(np.float64)
@@ -99,23 +82,9 @@ def with_attached(gaussians, points):
     first, last = (np.floor((corner - origin) / voxel).astype(int) for corner in (low, high))
     middle = np.zeros(shape, bool)
     middle[tuple(slice(a, b + 1) for a, b in zip(first, last, strict=True))] = True
-    is_attached = _grown(middle, filled | middle).ravel()[keys]
-    return np.concatenate([points, means[is_attached]])
-
-
-def _grown(seed, within):
-    """The voxels of a mask that can be reached from a seed over faces, edges and corners."""
-    reached = seed
-    while True:
-        wider = reached.copy()
-        for axis in range(3):
-            along, before = np.moveaxis(wider, axis, 0), np.moveaxis(wider.copy(), axis, 0)
-            along[1:] |= before[:-1]
-            along[:-1] |= before[1:]
-        wider &= within
-        if np.array_equal(wider, reached):
-            return reached
-        reached = wider
+    # Over faces, edges and corners.
+    is_reached = binary_propagation(middle, np.ones((3, 3, 3), bool), filled | middle)
+    return np.concatenate([points, means[is_reached.ravel()[keys]]])
 
 
 def fit_eye(points, tangents):

@@ -23,9 +23,8 @@ def street() -> bg.Gaussians:
     for x, z, color in ((-4, -3, (0.8, 0.1, 0.1)), (4, 5, (0.1, 0.2, 0.8))):
         for wide, low, high, deep in ((0.9, 0, 1, 2), (0.8, 1, 1.6, 1.2)):
             parts += _box(rng, (x, z), wide, low, high, deep, color)
-    backs = rng.uniform((WIDE + 3, -HIGH, -LONG), (WIDE + 9, 0, LONG), (1200, 3)) * rng.choice(
-        (-1, 1), (1200, 1)
-    )
+    backs = rng.uniform((WIDE + 3, -HIGH, -LONG), (WIDE + 9, 0, LONG), (1200, 3))
+    backs *= rng.choice((-1, 1), (1200, 1))
     backs[:, 1] = -np.abs(backs[:, 1])
     under = rng.uniform((-12, 0.5, -25), (12, 3, 25), (400, 3))
     far = rng.normal(size=(250, 3))

@@ -26,13 +26,9 @@ def gaussians(means, normals, sizes, colors, opacities=0.95, flatness=0.1) -> bg
     x = np.cross(z, np.eye(3)[np.abs(z).argmin(axis=1)])
     x /= np.linalg.norm(x, axis=1, keepdims=True)
     scales = np.broadcast_to(sizes, count)[:, None] * np.array([1.0, 1.0, flatness])
-    columns = (
-        means,
-        quats_of(np.stack([x, np.cross(z, x), z], axis=2)),
-        scales,
-        np.broadcast_to(opacities, count),
-        ((np.broadcast_to(colors, (count, 3)) - 0.5) / C0)[:, None],
-    )
+    quats = quats_of(np.stack([x, np.cross(z, x), z], axis=2))
+    sh = (np.broadcast_to(colors, (count, 3)) - 0.5) / C0
+    columns = (means, quats, scales, np.broadcast_to(opacities, count), sh[:, None])
     return bg.Gaussians(*(np.ascontiguousarray(column, np.float32) for column in columns))
 
 
@@ -44,13 +40,10 @@ def joined(*scenes: bg.Gaussians) -> bg.Gaussians:
 def moved(scene: bg.Gaussians, *, rotation=None, scale=1.0, offset=(0.0, 0.0, 0.0)) -> bg.Gaussians:
     """The scene rotated, then scaled, then shifted."""
     rotation = np.eye(3) if rotation is None else rotation
-    columns = (
-        scale * scene.means.astype(np.float64) @ rotation.T + offset,
-        quats_of(rotation @ rotation_matrices(scene.quats)),
-        scale * scene.scales.astype(np.float64),
-    )
-    means, quats, scales = (np.ascontiguousarray(column, scene.means.dtype) for column in columns)
-    return bg.Gaussians(means, quats, scales, scene.opacities, scene.sh)
+    means = scale * scene.means.astype(np.float64) @ rotation.T + offset
+    columns = means, quats_of(rotation @ rotation_matrices(scene.quats)), scale * scene.scales.astype(float)
+    columns = (np.ascontiguousarray(column, scene.means.dtype) for column in columns)
+    return bg.Gaussians(*columns, scene.opacities, scene.sh)
 
 
 def about(axis, degrees: float):

@@ -22,10 +22,8 @@ def plate(depth: float = 0.03) -> bg.Gaussians:
     colors = stones[*((front.T + 1) * 4).astype(int)]
     face = np.column_stack([front, -0.5 * depth * (1 + colors.mean(axis=1))])
     rear = np.column_stack([back, np.full(len(back), 0.5 * depth)])
-    return joined(
-        gaussians(face, np.tile([0.0, 0, -1], (len(face), 1)), 0.015, colors),
-        gaussians(rear, np.tile([0.0, 0, 1], (len(rear), 1)), 0.03, (0.5, 0.5, 0.5)),
-    )
+    plain = gaussians(rear, np.tile([0.0, 0, 1], (len(rear), 1)), 0.03, (0.5, 0.5, 0.5))
+    return joined(gaussians(face, np.tile([0.0, 0, -1], (len(face), 1)), 0.015, colors), plain)
 
 
 def comb() -> bg.Gaussians:

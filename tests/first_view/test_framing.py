@@ -44,11 +44,8 @@ def test_thin_legs_are_part_of_an_object_and_floaters_are_not():
     legs = np.concatenate([legs + np.array([x, 0.1, z]) for x in (-0.5, 0.5) for z in (-0.5, 0.5)])
     floaters = rng.uniform((-0.7, 0.75, -0.7), (0.7, 0.9, 0.7), (12, 3))
     up = np.tile([0.0, -1, 0], (len(legs), 1))
-    scene = joined(
-        statue(),
-        gaussians(legs, up, 0.03, (0.3, 0.3, 0.3), 0.1),
-        gaussians(floaters, up[:12], 0.05, (1, 1, 1), 0.5),
-    )
+    added = gaussians(legs, up, 0.03, (0.3, 0.3, 0.3), 0.1)
+    scene = joined(statue(), added, gaussians(floaters, up[:12], 0.05, (1, 1, 1), 0.5))
     middle, _ = subject(scene)
     assert middle[:, 1].max() < 0.5  # y is down
     lowest = with_attached(scene, middle)[:, 1].max()

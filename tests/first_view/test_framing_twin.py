@@ -29,9 +29,8 @@ def with_legs(seed):
 @for_each("dtype", [np.float32, np.float64])
 def test_surroundings_and_dense_middles_are_those_of_the_twin(name, dtype):
     scene = SCENES[name].astype(dtype)
-    assert (
-        has_surroundings(scene, UP) == framing_twin.has_surroundings(scene, UP) == (name == "in surroundings")
-    )
+    found = [has_surroundings(scene, UP), framing_twin.has_surroundings(scene, UP)]
+    assert found == [name == "in surroundings"] * 2
     np.testing.assert_array_equal(dense_middle(scene), framing_twin.dense_middle(scene))
 
 
@@ -76,13 +75,9 @@ def test_crumbs_are_those_of_the_twin(seed, dtype):
     count = 60
     places = rng.uniform((-0.4, -0.4, -0.15), (0.4, 0.4, 0.1), (count, 3))
     streaks = smears()
-    turned = Gaussians(
-        places.astype(np.float32),
-        rng.normal(size=(count, 4)).astype(np.float32),
-        (rng.uniform(0.3, 5, (count, 3)) * 0.01).astype(np.float32),
-        rng.uniform(0.02, 0.3, count).astype(np.float32),
-        np.zeros((count, 1, 3), np.float32),
-    )
+    quats, scales = rng.normal(size=(count, 4)), rng.uniform(0.3, 5, (count, 3)) * 0.01
+    opacities = rng.uniform(0.02, 0.3, count)
+    turned = Gaussians(places, quats, scales, opacities, np.zeros((count, 1, 3))).astype(np.float32)
     scene = Gaussians.joined([block(seed), streaks, turned]).astype(dtype)
     view = plain_first_view(block(seed), np.array([0.0, 0.0, 1.0]))
     found = find_crumbs(scene, view)

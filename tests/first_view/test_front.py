@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from brushgs.core.native import core as _core
 from brushgs.first_view import find_first_view
 from brushgs.first_view.front import LEAN, find_front, wrapped
 from brushgs.first_view.sample import take_sample
@@ -32,17 +31,3 @@ def test_without_a_better_side_the_one_nearer_to_azimuth_zero_is_the_front():
         assert not front.is_sure
     assert not find_first_view(plinth, up=UP).is_front_sure
     assert find_first_view(statue()).is_front_sure
-
-
-def test_a_mirror_plane_is_found_among_the_planes_through_the_axis():
-    rng = np.random.default_rng(0)
-    half = rng.uniform((0.1, -0.5, -0.6), (0.3, 0.5, 0.2), (4000, 3))
-    half[:, 1] *= 1 - half[:, 2]
-    places = np.concatenate([half, half * (-1, 1, 1)])  # left and right alike, front and back not
-    for plane in (0, 5, 20):
-        turned = np.ascontiguousarray(places @ about((0, 1, 0), -180 * plane / 32).T)
-        likeness = np.array(_core.mirror_likeness(turned, np.ones(len(turned))))
-        assert len(likeness) == 32
-        assert likeness.argmax() == plane
-        assert likeness.max() > 0.9
-    assert set(_core.mirror_likeness(np.zeros((5, 3)), np.zeros(5))) == {1.0}

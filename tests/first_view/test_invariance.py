@@ -47,23 +47,14 @@ def test_threads_and_repetition_do_not_change_a_bit(scene):
 def cloud(count, *, means=None, sizes=0.02, opacities=0.8, dtype=np.float32):
     """Gaussians at random places, or at given ones."""
     rng = np.random.default_rng(0)
-    columns = (
-        rng.normal(size=(count, 3)) if means is None else means(rng),
-        rng.normal(size=(count, 4)),
-        np.full((count, 3), sizes),
-        np.full(count, opacities),
-        rng.normal(size=(count, 4, 3)),
-    )
-    return bg.Gaussians(*(np.ascontiguousarray(column, dtype) for column in columns))
+    centers, quats = rng.normal(size=(count, 3)) if means is None else means(rng), rng.normal(size=(count, 4))
+    columns = (centers, quats, np.full((count, 3), sizes), np.full(count, opacities))
+    return bg.Gaussians(*columns, rng.normal(size=(count, 4, 3))).astype(dtype)
 
 
 def with_outliers(distance, count=6000):
-    return cloud(
-        count,
-        means=lambda rng: (
-            rng.normal(size=(count, 3)) * np.where(np.arange(count) < 200, distance, 1)[:, None]
-        ),
-    )
+    away = np.where(np.arange(count) < 200, distance, 1)[:, None]
+    return cloud(count, means=lambda rng: rng.normal(size=(count, 3)) * away)
 
 
 EXTREME = {

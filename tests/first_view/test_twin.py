@@ -81,6 +81,7 @@ def test_the_front_is_that_of_the_twin(name, axis):
 def test_overlap_with_the_mirror_image_is_that_of_the_twin():
     rng = np.random.default_rng(0)
     places, weights = rng.uniform(-1, 1, (3000, 3)) * (1, 1, 0.4), rng.random(3000)
-    expected = twin.mirror_likeness(places @ camera_axes(np.array([0.3, -1, 0]), 0.0, 0.0).T, weights)
     turned = np.ascontiguousarray(places @ camera_axes(np.array([0.3, -1, 0]), 0.0, 0.0).T)
+    expected = twin.mirror_likeness(turned, weights)
     np.testing.assert_allclose(_core.mirror_likeness(turned, weights), expected, rtol=1e-9)
+    assert set(_core.mirror_likeness(np.zeros((5, 3)), np.zeros(5))) == {1.0}

@@ -1,16 +1,15 @@
+import re
+
 import numpy as np
 import pytest
 
 from brushgs.cameras.framing import AXES
 from brushgs.first_view import find_first_view, rank_ups
 from brushgs.first_view.sample import take_sample
-from brushgs.first_view.up import (
-    PRIORS,
-    SURE,
-    believed_up,
-    up_evidence,
-    up_probabilities,
-)
+from brushgs.first_view.up import PRIORS, SURE, believed_up, up_evidence, up_probabilities
+from brushgs.options.painting import ViewConfig
+from brushgs.pipeline.report import Report
+from brushgs.pipeline.views import choose_first_view
 from tests.first_view.scenes import ROTATIONS, about, gaussians, joined, moved, statue
 
 NAMES = list(AXES)
@@ -66,7 +65,9 @@ def test_a_tilted_scene_is_seen_level_where_it_has_a_ground():
     ground = gaussians(places, np.tile([0.0, -1, 0], (20000, 1)), 0.04, rng.uniform(0.3, 0.7, (20000, 3)))
     rotation = about((1, 0, 2), 6.0)
     scene = moved(joined(statue(), ground), rotation=rotation)
-    view = find_first_view(scene)
+    report = Report()
+    view = choose_first_view(scene, ViewConfig(), None, report)
+    assert re.search(r"the ground leans by (5\.|6\.)\d degrees", report.stages[0].details[0])
     assert view.probability >= SURE
     assert np.degrees(np.arccos(view.up @ (rotation @ np.array(AXES["-y"])))) < 1
     head = statue().take(statue().means[:, 1] < -0.25)

@@ -92,43 +92,25 @@ FINEST, COARSEST, CLIPPED = 1e-4, 0.3, 0.999
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """The subject of a scene, thinned."""
+    """The subject of a scene, thinned.
+
+    Attributes:
+        places: [n, 3] centers relative to the middle, in radii.
+        weights: [n] painted area, opacity x area, without the extremes.
+        shades_of_size: [n] 0 to 1: logarithm of the size of each Gaussian between `FINEST` and `COARSEST`.
+    """
 
     gaussians: Gaussians
     num_rows: int
     center: np.ndarray
     radius: float
+    places: np.ndarray
+    weights: np.ndarray
+    shades_of_size: np.ndarray
 
     def camera(self, axes, side=SIDE):
         """A picture of the whole sample, see `camera_around`."""
         return camera_around(self.center, self.radius, axes, side)
-
-    @property
-    def growth(self):
-        """Factor on scales from thinning."""
-        return float(np.sqrt(self.num_rows / len(self.gaussians)))
-
-    @property
-    def places(self):
-        """[n, 3] centers relative to the middle, in radii."""
-        return np.asarray((self.gaussians.means - self.center) / self.radius)
-
-    @property
-    def areas(self):
-        """[n] product of the two larger scales before thinning, in square radii."""
-        scales = np.sort(self.gaussians.scales.astype(np.float64), axis=1) / (self.radius * self.growth)
-        return np.asarray(scales[:, 1] * scales[:, 2])
-
-    @property
-    def weights(self):
-        """[n] painted area, opacity x area, without the extremes."""
-        return clipped(self.gaussians.opacities * self.areas, CLIPPED)
-
-    @property
-    def shades_of_size(self):
-        """[n] 0 to 1: logarithm of the size of each Gaussian between `FINEST` and `COARSEST`."""
-        sizes = np.sqrt(np.maximum(self.areas, FINEST**2))
-        return np.asarray(np.clip(np.log(sizes / FINEST) / np.log(COARSEST / FINEST), 0, 1))
 
 
 def take_sample(gaussians):
@@ -137,14 +119,16 @@ def take_sample(gaussians):
     low, high = points.min(axis=0), points.max(axis=0)
     radius = 0.5 * float(np.linalg.norm(high - low))
     seen = (gaussians.opacities > FAINTEST) & (gaussians.scales.max(axis=1) < radius)
-    for axis in range(3):
-        column = gaussians.means[:, axis]
-        seen &= (column >= low[axis]) & (column <= high[axis])
-    rows = np.flatnonzero(seen)
+    rows = np.flatnonzero(seen & ((gaussians.means >= low) & (gaussians.means <= high)).all(axis=1))
     if not radius > 0 or len(rows) == 0:
         return None
-    kept = thin(gaussians, rows, MOST_ROWS)
-    return Sample(kept, len(rows), 0.5 * (low + high), radius)
+    kept, center = thin(gaussians, rows, MOST_ROWS), 0.5 * (low + high)
+    growth = np.sqrt(len(rows) / len(kept))  # of scales, from thinning
+    scales = np.sort(kept.scales.astype(np.float64), axis=1) / (radius * growth)
+    areas, places = scales[:, 1] * scales[:, 2], (kept.means - center) / radius
+    sizes = np.log(np.sqrt(np.maximum(areas, FINEST**2)) / FINEST) / np.log(COARSEST / FINEST)
+    weights = clipped(kept.opacities * areas, CLIPPED)
+    return Sample(kept, len(rows), center, radius, places, weights, np.clip(sizes, 0, 1))
 
 
 def thinned(count, most):
@@ -370,12 +354,8 @@ def _look_around(sample, up):
             return 0.0, 0.0, 0.0, 0.0
         colors = unpremultiplied(frame)
         shade = unpremultiplied(paint.frame(replace(boxes, colors=sizes[boxes.ids]), camera))[..., 0]
-        return (
-            -float(shade[mask].mean(dtype=np.float64)),
-            _entropy(colors[mask]),
-            _coarse_contrast(colors @ np.array(LUMINANCE), mask),
-            _visible_share(sample, camera, frame),
-        )
+        fineness, contrast = -shade[mask].mean(dtype=np.float64), _coarse_contrast(colors @ LUMINANCE, mask)
+        return fineness, _entropy(colors[mask]), contrast, _visible_share(sample, camera, frame)
 
     values = np.array([look(azimuth) for azimuth in azimuths])
     scores = (values - values.mean(axis=0)) / np.maximum(values.std(axis=0), 1e-9)

@@ -33,7 +33,10 @@ def test_the_readme_names_every_format_of_scenes():
             assert f"`{suffix}`" in readme or f"{suffix}`" in readme, f"{row.name}: {suffix}"
 
 
-def test_an_encoding_is_refused_where_the_format_fixes_it(tmp_path):
+def test_an_encoding_is_refused_that_is_unknown_or_where_the_format_fixes_it(tmp_path):
     (tmp_path / "a.splat").write_bytes(splat_format.encode(splat_format.make(3)))
     with pytest.raises(bg.SceneError, match="whose encoding is fixed; omit the encoding"):
         bg.load(tmp_path / "a.splat", bg.Encoding(scales="linear"))
+    for name in ("scales", "opacities", "quats"):
+        with pytest.raises(ValueError, match=f"Encoding: {name} must be one of .*, got 'odd'"):
+            bg.Encoding(**{name: "odd"})
