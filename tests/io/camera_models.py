@@ -27,21 +27,11 @@ class CameraModel(Model):
         self.top["cameras"].append({"type": "perspective", "perspective": lens})
         return self.node(name, camera=len(self.top["cameras"]) - 1, **fields)
 
-    def animate(
-        self,
-        node: int,
-        part: str,
-        times: list[float],
-        values: Any,
-        interpolation: str | None = "LINEAR",
-        **target: object,
-    ) -> dict[str, Any]:
+    def animate(self, node, part, times, values, interpolation="LINEAR", **target) -> dict[str, Any]:
         """Adds an animation with one channel; returns it."""
         inputs = self.accessor(np.array(times, np.float32)[:, None])
         outputs = self.accessor(np.asarray(values, np.float32).reshape(len(values), -1))
-        sampler = {"input": inputs, "output": outputs}
-        if interpolation is not None:
-            sampler["interpolation"] = interpolation  # type: ignore[assignment]
+        sampler = {"input": inputs, "output": outputs, "interpolation": interpolation}
         channel = {"sampler": 0, "target": {"node": node, "path": part, **target}}
         self.top["animations"].append({"channels": [channel], "samplers": [sampler]})
         return self.top["animations"][-1]

@@ -1,28 +1,22 @@
 """Small PLY files made by the tests, with an encoder of its own: nothing here comes from brushgs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from scipy.special import expit
 
-FORMATS = {
-    "char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4", "uint": "u4",
-    "float": "f4", "double": "f8",
-}  # fmt: skip
+LITTLE = "binary_little_endian"
+NAMES = ("char", "uchar", "short", "ushort", "int", "uint", "float", "double")
+FORMATS = dict(zip(NAMES, ("i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8"), strict=True))
 
 
 def scene_columns(num_rows: int, degree: int = 0, seed: int = 0) -> dict[str, np.ndarray]:
     """Properties of a scene as a trainer writes them: name -> values, in the usual order."""
     rng = np.random.default_rng([20250612, seed])
     rest = 3 * ((degree + 1) ** 2 - 1)
-    names = [
-        *"xyz",
-        "nx",
-        "ny",
-        "nz",
-        *(f"f_dc_{i}" for i in range(3)),
-        *(f"f_rest_{i}" for i in range(rest)),
-    ]
+    names = [*"xyz", "nx", "ny", "nz", *(f"f_dc_{i}" for i in range(3))]
+    names += [f"f_rest_{i}" for i in range(rest)]
     names += ["opacity", *(f"scale_{i}" for i in range(3)), *(f"rot_{i}" for i in range(4))]
     columns = {name: rng.normal(size=num_rows).astype(np.float32) for name in names}
     for index in range(3):
@@ -30,14 +24,7 @@ def scene_columns(num_rows: int, degree: int = 0, seed: int = 0) -> dict[str, np
     return columns
 
 
-def element_bytes(
-    name: str,
-    columns: Mapping[str, np.ndarray],
-    encoding: str = "binary_little_endian",
-    types: Mapping[str, str] | None = None,
-    count: object = None,
-    newline: str = "\n",
-) -> tuple[bytes, bytes]:
+def element_bytes(name, columns, encoding=LITTLE, types=None, count=None, newline="\n") -> tuple:
     """Header lines and data of one element; `types` overrides "float" by property."""
     types = types or {}
     kinds = [types.get(column, "float") for column in columns]
@@ -48,7 +35,7 @@ def element_bytes(
     if encoding == "ascii":
         rows = zip(*(values.tolist() for values in columns.values()), strict=True)
         return header, "".join(" ".join(map(repr, row)) + newline for row in rows).encode()
-    order = "<" if encoding == "binary_little_endian" else ">"
+    order = "<" if encoding == LITTLE else ">"
     dtype = [(column, order + FORMATS[kind]) for kind, column in zip(kinds, columns, strict=True)]
     table = np.empty(num_rows, dtype=dtype)
     for column, values in columns.items():
@@ -56,13 +43,7 @@ def element_bytes(
     return header, table.tobytes()
 
 
-def write_ply_file(
-    path: Path,
-    elements: Sequence[tuple[bytes, bytes]],
-    encoding: str = "binary_little_endian",
-    comments: Sequence[str] = (),
-    newline: str = "\n",
-) -> Path:
+def write_ply_file(path, elements, encoding="binary_little_endian", comments=(), newline="\n") -> Path:
     """A PLY file of the elements given."""
     lines = ["ply", f"format {encoding} 1.0", *comments]
     head = "".join(line + newline for line in lines).encode() + b"".join(header for header, _ in elements)
@@ -70,35 +51,20 @@ def write_ply_file(
     return path
 
 
-def write_scene(
-    path: Path,
-    columns: Mapping[str, np.ndarray],
-    encoding: str = "binary_little_endian",
-    types: Mapping[str, str] | None = None,
-    comments: Sequence[str] = (),
-    newline: str = "\n",
-    count: object = None,
-) -> Path:
+def write_scene(path, columns, encoding=LITTLE, types=None, comments=(), newline="\n", count=None) -> Path:
     """A PLY file with one element `vertex`."""
     vertex = element_bytes("vertex", columns, encoding, types, count, newline)
     return write_ply_file(path, [vertex], encoding, comments, newline)
 
 
 def decoded(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """What the columns of a scene mean, in float64 and one number at a time: the definition."""
+    """What the columns of a scene mean, in float64: the definition."""
     c = {name: values.astype(np.float64) for name, values in columns.items()}
-    num_rest = sum(name.startswith("f_rest_") for name in c) // 3
-    sh = np.empty((len(c["x"]), num_rest + 1, 3))
-    for channel in range(3):
-        sh[:, 0, channel] = c[f"f_dc_{channel}"]
-        for term in range(num_rest):
-            sh[:, term + 1, channel] = c[f"f_rest_{channel * num_rest + term}"]
-    with np.errstate(over="ignore"):
-        opacities = 1 / (1 + np.exp(-c["opacity"]))
-    return {
-        "means": np.stack([c[name] for name in "xyz"], 1),
-        "quats": np.stack([c[f"rot_{i}"] for i in range(4)], 1),
-        "scales": np.exp(np.stack([c[f"scale_{i}"] for i in range(3)], 1)),
-        "opacities": opacities,
-        "sh": sh,
-    }
+    num_rest = sum(name.startswith("f_rest_") for name in c)
+    colors = np.stack([c[f"f_dc_{i}"] for i in range(3)], 1)[:, None]
+    channels = 3, num_rest // 3, len(c["x"])
+    rest = np.reshape([c[f"f_rest_{i}"] for i in range(num_rest)], channels)
+    means, quats = np.stack([c[axis] for axis in "xyz"], 1), np.stack([c[f"rot_{i}"] for i in range(4)], 1)
+    scales, sh = np.stack([c[f"scale_{i}"] for i in range(3)], 1), np.concatenate([colors, rest.T], 1)
+    found = {"means": means, "quats": quats, "scales": np.exp(scales), "sh": sh}
+    return found | {"opacities": expit(c["opacity"])}

@@ -40,11 +40,7 @@ NO_SCENE = "is of no scene format that is read"
         ("a.ply", b"\xef\xbb\xbf\n<html>", "is a web page or XML, not a scene"),
         ("a.sog", b"PK\x03\x04abc", r"is a damaged zip archive \(File is not a zip file\); download or copy"),
         ("a.json", b'{"camera_angle_x": 1}', "is JSON, but of no SOG scene .* and no glTF model; name the"),
-        (
-            "cameras.json",
-            b"\xef\xbb\xbf [{}]",
-            "is JSON, as lists of cameras are, not a scene; name the scene",
-        ),
+        ("cameras.json", b"\xef\xbb\xbf [{}]", "is JSON, as lists of cameras are, not a scene; name the"),
         ("a.splat", b"<!DOCTYPE html><html>", "is a web page or XML, not a scene"),
         ("a.ksplat", LFS, "LFS pointer"),
         ("a.glb", b"glTF\x02", r"is damaged: it has no JSON chunk; export it again"),
@@ -109,9 +105,7 @@ def test_a_row_of_text_at_fault_is_named(tmp_path, change, sentence):
 
 
 def without(name: str) -> dict[str, np.ndarray]:
-    columns = scene_columns(3)
-    del columns[name]
-    return columns
+    return {other: values for other, values in scene_columns(3).items() if other != name}
 
 
 def ending(columns: dict[str, np.ndarray], more: bytes) -> tuple[bytes, bytes]:
@@ -123,25 +117,20 @@ CLOUD = {name: np.zeros(3) for name in (*"xyz", "red", "green", "blue")}
 LIST = b"property list uchar int vertex_indices\n"
 IS_LIST = "the list property 'vertex_indices' of element"
 SCENE_OF_LISTS = "so its rows cannot be found; export it without lists"
-BANDS = {f"f_rest_{index}": np.zeros(3) for index in range(72)}
 NO_SCENES = [
     ([element_bytes("vertex", {n: CLOUD[n] for n in "xyz"}), FACES], r"is a mesh \(2 faces\), not a 3D Gaus"),
     ([element_bytes("vertex", CLOUD)], "is a plain point cloud without scales and rotations; train it as a"),
-    *(
-        ([element_bytes("vertex", without(name))], f"no property '{name}' among 16 read; export it as a 3D")
-        for name in ("x", "f_dc_1", "opacity")
-    ),
     ([ending(without("rot_0"), b"property list uchar float rot_0\n")], "property 'rot_0' is a list; export"),
     ([FACES, ending(scene_columns(3), b"")], f"{IS_LIST} 'face' before element 'vertex', {SCENE_OF_LISTS}"),
     ([ending(scene_columns(3), LIST)], f"{IS_LIST} 'vertex' in element 'vertex', {SCENE_OF_LISTS}"),
-    *(
-        (
-            [element_bytes("vertex", scene_columns(3) | dict(list(BANDS.items())[:count]))],
-            rf"must have 0, 9, 24 or 45 f_rest .*, got {count}; export it",
-        )
-        for count in (3, 44, 72)
-    ),
 ]
+for name in ("x", "f_dc_1", "opacity"):
+    sentence = f"no property '{name}' among 16 read; export it as a 3D"
+    NO_SCENES.append(([element_bytes("vertex", without(name))], sentence))
+for count in (3, 44, 72):
+    sentence = rf"must have 0, 9, 24 or 45 f_rest .*, got {count}; export it"
+    rest = {f"f_rest_{index}": np.zeros(3) for index in range(count)}
+    NO_SCENES.append(([element_bytes("vertex", scene_columns(3) | rest)], sentence))
 
 
 @for_each("elements, sentence", NO_SCENES)

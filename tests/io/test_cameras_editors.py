@@ -15,6 +15,7 @@ from brushgs.formats.cameras.read import CameraFile, read_cameras
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.values.camera import Camera
+from tests.kit.changed import changed
 from tests.kit.for_each import for_each
 from tests.kit.refused import refuse, refuse_bytes
 
@@ -26,40 +27,21 @@ CV_FROM_GL = np.diag([1.0, -1.0, -1.0])
 def key(time: float, position: list[float], degrees: float = 0.0, mm: float = 35.0, easing: int = 0) -> Any:
     """A key view that is turned to the left about y."""
     x, y, z, w = Rotation.from_euler("y", degrees, degrees=True).as_quat()
-    return {
-        "time": time,
-        "position": position,
-        "rotation": [w, x, y, z],
-        "focal_length_mm": mm,
-        "easing": easing,
-    }
+    placed = {"time": time, "position": position, "rotation": [w, x, y, z]}
+    return placed | {"focal_length_mm": mm, "easing": easing}
 
 
-TIMELINE = {
-    "version": 4,
-    "clip_duration": 30.0,
-    "keyframes": [
-        key(1, [0, 0, 4], 0, 24),
-        key(2, [2, 1, 4], 40, 48, 3),
-        key(4, [3, 0, 1], 90, 36, 1),
-        key(5, [3, 0, 0], 100, 36),
-    ],
-}
+KEYS = key(1, [0, 0, 4], 0, 24), key(2, [2, 1, 4], 40, 48, 3), key(4, [3, 0, 1], 90, 36, 1)
+TIMELINE = {"version": 4, "clip_duration": 30.0, "keyframes": [*KEYS, key(5, [3, 0, 0], 100, 36)]}
+POSES = [
+    {"name": "a", "frame": 0, "position": [0, 0, 4], "target": [0, 0, 0], "fov": 90},
+    {"name": "c", "frame": 90, "position": [-4, 2, 0], "target": [0, 0, 1]},
+    {"name": "b", "frame": 30, "position": [4, 1, 0], "target": [0, 1, 0], "fov": 50},
+]
 PROJECT = {
-    "version": 0,
+    **{"version": 0, "poseSets": [{"name": "set0", "poses": POSES}], "splats": []},
     "camera": {"fov": 60, "azim": 0, "elev": 0, "focalPoint": [0, 0, 0], "distance": 1},
     "timeline": {"frames": 120, "frameRate": 24, "frame": 7, "smoothness": 0.5},
-    "poseSets": [
-        {
-            "name": "set0",
-            "poses": [
-                {"name": "a", "frame": 0, "position": [0, 0, 4], "target": [0, 0, 0], "fov": 90},
-                {"name": "c", "frame": 90, "position": [-4, 2, 0], "target": [0, 0, 1]},
-                {"name": "b", "frame": 30, "position": [4, 1, 0], "target": [0, 1, 0], "fov": 50},
-            ],
-        }
-    ],
-    "splats": [],
 }
 
 
@@ -127,7 +109,7 @@ def test_easing_moves_place_turn_and_lens_alike(tmp_path, easing, share):
 
 def spline(name: str, width: int) -> CubicHermiteSpline:
     """The closed curve of a field of the project's poses, over frames -90 to 240."""
-    poses = sorted(PROJECT["poseSets"][0]["poses"], key=lambda pose: pose["frame"])  # type: ignore[index]
+    poses = sorted(POSES, key=lambda pose: pose["frame"])
     frames = np.array([pose["frame"] for pose in poses], float)
     values = np.array([np.broadcast_to(pose.get(name, 60), width) for pose in poses], float)
     frames, values = np.concatenate([frames + turn for turn in (-120, 0, 120)]), np.tile(values, (3, 1))
@@ -183,37 +165,20 @@ def test_paths_have_the_frames_and_the_pace_of_the_file(tmp_path):
     assert (len(timeline.cameras), timeline.fps, timeline.is_loop) == (41, 10, False)
 
 
-def changed(content: Any, place: str, value: object) -> Any:
-    """A copy with another value at a place such as "keyframes.0.time"; None removes it."""
-    content = json.loads(json.dumps(content))
-    *folders, last = [int(step) if step.isdecimal() else step for step in place.split(".")]
-    inner = content
-    for step in folders:
-        inner = inner[step]
-    if value is None:
-        del inner[last]
-    else:
-        inner[last] = value
-    return content
-
-
-POSES = "poseSets.0.poses"
-MEETING = [
-    {"frame": 0, "position": [0, 0, 1], "target": [0, 0, 0]},
-    {"frame": 60, "position": [0, 0, 0], "target": [0, 0, 1]},
-]
+SET = "poseSets/0/poses"
+MEETING = [POSES[0] | {"position": [0, 0, 1]}, POSES[1] | {"position": [0, 0, 0], "target": [0, 0, 1]}]
 
 
 @for_each(
     "content, place, value, sentence",
     [
         (TIMELINE, "keyframes", [], "has no keyframes; add some to the timeline"),
-        (TIMELINE, "keyframes.1.position", None, r"keyframes\[1\].position is missing"),
-        (TIMELINE, "keyframes.2.rotation", [0, 0, 0, 0], r"keyframes\[2\].rotation must be a rotation"),
+        (TIMELINE, "keyframes/1/position", ..., r"keyframes\[1\].position is missing"),
+        (TIMELINE, "keyframes/2/rotation", [0, 0, 0, 0], r"keyframes\[2\].rotation must be a rotation"),
         (PROJECT, "poseSets", [], "has no camera poses before frame 120"),
-        (PROJECT, f"{POSES}.0.target", [0, 0, 4], "target must be another point than"),
-        (PROJECT, f"{POSES}.1.frame", 30, "two poses at frame 30; remove one"),
-        (PROJECT, POSES, MEETING, "between two poses the camera meets its target; move a pose"),
+        (PROJECT, f"{SET}/0/target", [0, 0, 4], "target must be another point than"),
+        (PROJECT, f"{SET}/1/frame", 30, "two poses at frame 30; remove one"),
+        (PROJECT, SET, MEETING, "between two poses the camera meets its target; move a pose"),
     ],
 )
 def test_what_does_not_fit_is_one_sentence(tmp_path, content, place, value, sentence):

@@ -39,12 +39,8 @@ def test_a_camera_looks_along_minus_z_with_y_up_and_its_lens_is_its_vertical_ang
     model.camera("Tall", {"yfov": 0.8, "aspectRatio": 0.5, "znear": 0.1})
     model.camera("Any", {"yfov": 0.8, "znear": 0.1})
     cameras = load_cameras(write(model, tmp_path))
-    assert [(c.width, c.height, c.near) for c in cameras] == [
-        (1280, 720, 0.25),
-        (640, 1280, 0.1),
-        (1280, 720, 0.1),
-    ]
-    for camera in cameras:
+    for camera, shape in zip(cameras, ((1280, 720, 0.25), (640, 1280, 0.1), (1280, 720, 0.1)), strict=True):
+        assert (camera.width, camera.height, camera.near) == shape
         np.testing.assert_allclose(camera.viewmat, np.diag([1.0, -1, -1, 1]))
         assert 2 * np.arctan(camera.height / 2 / camera.K[1, 1]) == pytest.approx(0.8)
         assert camera.K[0, 0] == camera.K[1, 1]
@@ -86,12 +82,8 @@ def spline(keys: Any, times: Any, time: float) -> np.ndarray:
     t = (time - times[k]) / length
     keys = np.asarray(keys, float).reshape(len(times), 3, -1)
     value, leave, arrive, end = keys[k, 1], keys[k, 2], keys[k + 1, 0], keys[k + 1, 1]
-    return np.asarray(
-        (2 * t**3 - 3 * t**2 + 1) * value
-        + length * (t**3 - 2 * t**2 + t) * leave
-        + (-2 * t**3 + 3 * t**2) * end
-        + length * (t**3 - t**2) * arrive
-    )
+    tangents = length * ((t**3 - 2 * t**2 + t) * leave + (t**3 - t**2) * arrive)
+    return (2 * t**3 - 3 * t**2 + 1) * value + (3 * t**2 - 2 * t**3) * end + tangents
 
 
 def test_cubic_splines_have_tangents(tmp_path):
@@ -146,8 +138,7 @@ def animated(part="translation", width=3, times=None, values=None, **changes):
     if values is not None:
         animation["samplers"][0]["output"] = model.accessor(np.array(values, np.float32))
     places = {"channel": animation["channels"][0], "sampler": animation["samplers"][0]}
-    places |= {"accessor": model.top["accessors"][-1], "buffer": model.top["buffers"][0]}
-    places |= {"node": model.top["nodes"][0], "top": model.top}
+    places |= {"buffer": model.top["buffers"][0], "node": model.top["nodes"][0], "top": model.top}
     for place, fields in changes.items():
         places[place].update(fields)
     return model
@@ -189,12 +180,7 @@ BROKEN = [
     (animated(values=np.full((3, 3), np.nan)), "must be finite, with values below 1e18"),
     (animated("rotation", 4, values=np.zeros((3, 4))), "must not be zero"),
     (animated(times=[0, 1, 1e6]), "moves for 1,000,000 s, which is more than 50,000"),
-    (animated(accessor={"sparse": {"count": 1}}), "node 0 in animation 0 is a sparse accessor, which is not"),
-    (
-        animated(buffer={"uri": "../other.bin"}),
-        "names the file '../other.bin', which lies outside its folder",
-    ),
-    (animated(accessor={"count": 99}), "lacks .* bytes of its buffer view"),
+    (animated(buffer={"uri": "../other.bin"}), "'../other.bin', which lies outside its folder"),
     (animated(node={"matrix": IDENTITY}), "node 0 has a matrix, so it cannot be animated"),
     (animated(top={"animations": [3]}), r"animations\[0\] must be an object, got 3"),
 ]
@@ -211,7 +197,6 @@ def test_what_is_broken_is_named(tmp_path, model, sentence):
         ("a.glb", b"", "is empty"),
         ("a.glb", b"glTF\2", "is damaged|version"),
         ("a.abc", b"Ogawa", "is an Alembic scene, which is not read; export its cameras as glTF"),
-        ("a.FBX", b"Ogawa", "is an FBX scene, which is not read; export its cameras as glTF"),
     ],
 )
 def test_a_file_that_is_no_model(tmp_path, name, content, sentence):

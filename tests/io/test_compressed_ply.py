@@ -15,50 +15,33 @@ def pack(values: np.ndarray, low: np.ndarray, high: np.ndarray, bits: tuple[int,
     """[n, c] values in their ranges -> [n] words, first column in the highest bits."""
     words = np.zeros(len(values), dtype=np.int64)
     span = np.where(high > low, high - low, 1)
+    steps = np.rint((values - low) / span * (2 ** np.array(bits) - 1)).astype(np.int64)
     for column, width in enumerate(bits):
-        largest = 2**width - 1
-        words = words << width | np.rint((values - low)[:, column] / span[:, column] * largest).astype(
-            np.int64
-        )
+        words = words << width | steps[:, column]
     return words
 
 
 def pack_quats(quats: np.ndarray) -> np.ndarray:
-    words = np.empty(len(quats), dtype=np.int64)
-    for row, quat in enumerate(quats / np.linalg.norm(quats, axis=1, keepdims=True)):
-        largest = int(np.argmax(np.abs(quat)))
-        small = np.delete(quat * np.sign(quat[largest]), largest)
-        word = largest
-        for value in small:
-            word = word << 10 | int(np.rint((value / np.sqrt(2) + 0.5) * 1023))
-        words[row] = word
-    return words
+    largest = np.abs(quats).argmax(axis=1)[:, None]
+    unit = quats / np.linalg.norm(quats, axis=1, keepdims=True)
+    unit = unit * np.sign(np.take_along_axis(unit, largest, 1))
+    steps = np.rint((unit[np.arange(4) != largest].reshape(-1, 3) / np.sqrt(2) + 0.5) * 1023).astype(np.int64)
+    return (largest[:, 0] << 30) + (steps << np.array([20, 10, 0])).sum(axis=1)
 
 
 def make(num_rows: int, degree: int = 0, seed: int = 0) -> dict[str, np.ndarray]:
     rng = np.random.default_rng([20250612, seed])
-    return {
-        "means": rng.normal(size=(num_rows, 3)) * 3,
-        "log_scales": rng.normal(-4, 1, size=(num_rows, 3)),
-        "quats": rng.normal(size=(num_rows, 4)),
-        "colors": rng.normal(0.5, 0.4, size=(num_rows, 3)),
-        "opacities": rng.random(num_rows),
-        "rest": rng.uniform(-3.9, 3.9, size=(num_rows, 3 * ((degree + 1) ** 2 - 1))),
-    }
+    found = {"means": rng.normal(size=(num_rows, 3)) * 3, "log_scales": rng.normal(-4, 1, size=(num_rows, 3))}
+    found |= {"quats": rng.normal(size=(num_rows, 4)), "colors": rng.normal(0.5, 0.4, size=(num_rows, 3))}
+    rest = num_rows, 3 * ((degree + 1) ** 2 - 1)
+    return found | {"opacities": rng.random(num_rows), "rest": rng.uniform(-3.9, 3.9, size=rest)}
 
 
-def encode(
-    path: Path,
-    scene: dict[str, np.ndarray],
-    *,
-    color_ranges: bool = True,
-    encoding: str = "binary_little_endian",
-) -> Path:
+def encode(path: Path, scene, *, color_ranges=True, encoding="binary_little_endian") -> Path:
     """Write a scene in the compressed layout."""
     num_rows = len(scene["means"])
     num_chunks = -(-num_rows // 256)
-    ranges: dict[str, np.ndarray] = {}
-    packed = {}
+    ranges, packed = {}, {}
     columns = [("means", "packed_position", ["x", "y", "z"], (11, 10, 11))]
     columns += [("log_scales", "packed_scale", ["scale_x", "scale_y", "scale_z"], (11, 10, 11))]
     columns += [("colors", "packed_color", ["r", "g", "b"], (8, 8, 8))]
@@ -70,17 +53,14 @@ def encode(
             low, high, values = np.zeros_like(low), np.ones_like(high), np.clip(values, 0, 1)
         else:
             for end, limit in (("min", low), ("max", high)):
-                ranges.update(
-                    {f"{end}_{axis}": limit[:, i].astype(np.float32) for i, axis in enumerate(axes)}
-                )
+                for axis, values_of_axis in zip(axes, limit.T.astype(np.float32), strict=True):
+                    ranges[f"{end}_{axis}"] = values_of_axis
         chunk = np.arange(num_rows) // 256
         packed[target] = pack(values, low[chunk], high[chunk], bits)
     packed["packed_color"] = packed["packed_color"] << 8 | np.rint(scene["opacities"] * 255).astype(np.int64)
     packed["packed_rotation"] = pack_quats(scene["quats"])
-    elements = [
-        element_bytes("chunk", ranges, encoding),
-        element_bytes("vertex", {name: packed[name] for name in PACKED}, encoding, PACKED),
-    ]
+    vertex = element_bytes("vertex", {name: packed[name] for name in PACKED}, encoding, PACKED)
+    elements = [element_bytes("chunk", ranges, encoding), vertex]
     if scene["rest"].shape[1]:
         names = [f"f_rest_{i}" for i in range(scene["rest"].shape[1])]
         stored = np.clip((scene["rest"] / 8 + 0.5) * 256, 0, 255).astype(np.uint8)
@@ -95,12 +75,9 @@ def test_what_is_encoded_is_decoded_within_the_steps_of_the_format(tmp_path, num
     scene = make(num_rows)
     gaussians, notes = read_scene(encode(tmp_path / "a.ply", scene, color_ranges=color_ranges))
     chunk = np.arange(num_rows) // 256
-    for name, actual, bits in (
-        ("means", gaussians.means, (11, 10, 11)),
-        ("log_scales", np.log(gaussians.scales), (11, 10, 11)),
-        ("colors", 0.5 + SH_C0 * gaussians.sh[:, 0], (8, 8, 8)),
-    ):
-        expected = scene[name]
+    found = {"means": gaussians.means, "log_scales": np.log(gaussians.scales)}
+    for name, actual in (found | {"colors": 0.5 + SH_C0 * gaussians.sh[:, 0]}).items():
+        expected, bits = scene[name], (8, 8, 8) if name == "colors" else (11, 10, 11)
         span = np.array([np.ptp(expected[chunk == i], axis=0) for i in range(chunk[-1] + 1)])[chunk]
         if name == "colors" and not color_ranges:
             expected, span = np.clip(expected, 0, 1), np.ones_like(span)
@@ -134,11 +111,7 @@ def test_the_ends_of_the_range_of_spherical_harmonics_are_exact(tmp_path):
     "old, new, sentence",
     [
         (b"uint packed_scale", b"uint packed_other", "no property 'packed_scale' among 4 read; export it"),
-        (
-            b"element chunk 3",
-            b"element chunk 2",
-            "must have a chunk for 256 Gaussians, got 2 for 600; export",
-        ),
+        (b"element chunk 3", b"element chunk 2", "must have a chunk for 256 Gaussians, got 2 for 600"),
         (b"element sh 600", b"element sh 500", "element 'sh' must have 600 rows, got 500; export it again"),
         (b"vertex 600", b"vertex 100000000", "is cut off: of 100000000 rows of element 'vertex'"),
     ],

@@ -31,20 +31,14 @@ def make_layers() -> dict[str, object]:
     def values(*shape: int) -> np.ndarray:
         return rng.standard_normal((HEIGHT, WIDTH, *shape)).astype(np.float32)
 
-    unlit_alpha = rng.random((HEIGHT, WIDTH, 1)).astype(np.float32)
-    unlit = np.concatenate([rng.random((HEIGHT, WIDTH, 3)) * unlit_alpha, unlit_alpha], -1)
+    unlit = rng.random((HEIGHT, WIDTH, 4))
+    unlit[..., :3] *= unlit[..., 3:]
     rows = np.tile(np.int32([1, 0, -1]), (HEIGHT, WIDTH, 1))
     coverage = np.tile(np.float32([0.5, 0.25, 0]), (HEIGHT, WIDTH, 1))
-    return {
-        "depth": abs(values()),
-        "normal": values(3),
-        "motion": values(2) * 1000,
-        "uv": rng.random((HEIGHT, WIDTH, 2)).astype(np.float32),
-        "height": values(),
-        "unlit": unlit.astype(np.float32),
-        "stroke": Matte(("a_0", "a_1"), rows, coverage),
-        "layer": Matte(("a", "ground"), rows, coverage),
-    }
+    layers = {"depth": abs(values()), "normal": values(3), "motion": values(2) * 1000, "height": values()}
+    layers |= {"uv": rng.random((HEIGHT, WIDTH, 2)).astype(np.float32), "unlit": unlit.astype(np.float32)}
+    names = {"stroke": ("a_0", "a_1"), "layer": ("a", "ground")}
+    return layers | {name: Matte(some, rows, coverage) for name, some in names.items()}
 
 
 def camera() -> Camera:
@@ -88,9 +82,8 @@ def test_on_a_background_alpha_is_1_and_layers_tell_how_much_is_painted(tmp_path
     assert (channels["A"] == 1).all()
     light = linear_from_srgb(frame.over(background))
     np.testing.assert_allclose(channels["G"], light[..., 1], rtol=HALF, atol=1e-7)
-    np.testing.assert_allclose(
-        read_image(tmp_path / "a.exr")[..., :3], frame.over(background), atol=0.5 / 255
-    )
+    shown = read_image(tmp_path / "a.exr")[..., :3]
+    np.testing.assert_allclose(shown, frame.over(background), atol=0.5 / 255)
     layered = make_frame(layers=make_layers())
     write_frame(layered, tmp_path / "b.exr", background)
     channels = channels_of(tmp_path / "b.exr")
@@ -126,9 +119,8 @@ def test_every_layer_stands_under_its_name_with_the_axes_of_compositors(tmp_path
 def test_a_picture_with_many_layers_is_read_though_it_is_large(tmp_path):
     rows = np.zeros((300, 200, 24), np.int32)
     matte = Matte(("a",), rows, np.full(rows.shape, 0.04, np.float32))
-    frame = Frame(
-        np.ones((300, 200, 3), np.float32), np.ones((300, 200), np.float32), layers={"stroke": matte}
-    )
+    white = np.ones((300, 200, 4), np.float32)
+    frame = Frame(white[..., :3], white[..., 3], layers={"stroke": matte})
     write_frame(frame, tmp_path / "a.exr")
     assert read_image(tmp_path / "a.exr", max_pixels=200 * 300 * 5).shape == (300, 200, 4)
     with pytest.raises(SceneError, match=r"holds 52 channels in 200x300 pixels .* its colors only"):
@@ -158,24 +150,13 @@ def test_matrices_stand_in_rows_and_lead_to_the_pixel(tmp_path):
 
 @for_each(
     ("fps", "rate"),
-    [
-        (24, (24, 1)),
-        (23.976, (24000, 1001)),
-        (24000 / 1001, (24000, 1001)),
-        (29.97, (30000, 1001)),
-        (59.94, (60000, 1001)),
-        (12.5, (25, 2)),
-        (0.5, (1, 2)),
-    ],
+    [(24, (24, 1)), (23.976, (24000, 1001)), (24000 / 1001, (24000, 1001)), (12.5, (25, 2)), (0.5, (1, 2))],
 )
 def test_rates_are_fractions(tmp_path, fps, rate):
     write_frame(make_frame(), tmp_path / "a.exr", shot=Shot(fps=fps, number=7))
     header = read_header(tmp_path / "a.exr")
     assert header.attributes["framesPerSecond"] == ("rational", rate)
     assert header.attributes["imageCounter"] == ("int", 7)
-
-
-def test_a_rate_must_be_positive():
     with pytest.raises(ValueError, match="Shot: fps must be > 0, got 0"):
         Shot(fps=0)
 

@@ -3,7 +3,6 @@
 import json
 
 from brushgs.formats.guides import MAX_LINE, read_guides
-from brushgs.formats.registry import GUIDES_READ
 from tests.kit.for_each import for_each
 from tests.kit.refused import refuse, refuse_bytes
 
@@ -49,8 +48,7 @@ BAD_OBJ = {
     "": NO_LINE,
     OBJ: "holds no line, only 3 points; draw",
     OBJ + "l 2 2": NO_LINE,
-    OBJ
-    + "l 1 4": r"a line runs to point 4 of 3; write points as 'v 0 1\.5 2' and lines as 'l 1 2 3', numbered",
+    OBJ + "l 1 4": r"runs to point 4 of 3; write points as 'v 0 1\.5 2' and lines as 'l 1 2 3', numbered",
     OBJ + "l 1 0": 'line 4: "0" is no point',
     OBJ + "l 1 -4": 'line 4: "-4" is no point',
     OBJ + "l 1 two": 'line 4: "two" is no point',
@@ -58,15 +56,12 @@ BAD_OBJ = {
     "v 0 0\n" + OBJ + "l 1 2": "line 1 must hold three coordinates; write points as",
     "v 0 a 0\n" + OBJ + "l 1 2": "line 1 must hold three coordinates",
     "v 0 nan 0\nv 1 1 1\nl 1 2": r"point 1 must have finite coordinates up to 1e\+15, got \[0.0, nan, 0.0\]",
-    "v 0 1e20 0\nv 1 1 1\nl 1 2": "point 1 must have finite coordinates",
     "# reach far\n" + OBJ + "l 1 2": "line 1: 'reach' must be a number; write '# reach 0.5'",
     "# reach 0\n" + OBJ + "l 1 2": "'reach' must be a distance above 0 in world units, got 0; correct it",
-    "# reach nan\n" + OBJ + "l 1 2": "'reach' must be a distance above 0",
     "v 0 0 0 " + "1 " * MAX_LINE: f"line 1 has more than {MAX_LINE} bytes; split it",
     "l " + "1 2 " * 9000 + "\xff": "is no point",
 }
 BAD_JSON = {
-    "": "is not JSON",
     "[": "is not JSON",
     "[]": NO_LINE,
     "[[[0,0,0]]]": NO_LINE,
@@ -76,7 +71,6 @@ BAD_JSON = {
     "[[[0,0,0],[1,0,NaN]]]": r"lines\[0\]\[1\]\[2\] must be a finite number, got NaN",
     "3": "must be a list of lines, got 3",
     '{"lines": []}': "lines is no known field among guides, reach; remove or correct it",
-    '{"guides": [], "color": 1}': "color is no known field among guides, reach",
     '{"guides": {}}': "guides must be a list of lines, got {}; write lines",
     '{"guides": [[[0,0,0],[1,0,0]]], "reach": "1"}': 'reach must be a finite number, got "1"',
     '{"guides": [[[0,0,0],[1,0,0]]], "reach": -1}': "'reach' must be a distance above 0",
@@ -96,8 +90,6 @@ def test_other_files_folders_and_too_many_points_are_refused(tmp_path, monkeypat
     refuse(tmp_path / "guides.obj", "there is no such file", read_guides)
     (tmp_path / "a.obj").mkdir()
     refuse(tmp_path / "a.obj", "is a folder", read_guides)
-    assert ".obj" in GUIDES_READ
-    assert ".json" in GUIDES_READ
     monkeypatch.setattr("brushgs.formats.guides.MAX_POINTS", 1000)
     for content in (b"v 0 0 0\n" * 1001, b"v 0 0 0\nv 1 0 0\n" + b"l 1 2 1 2\n" * 1000):
         sentence = "holds more than 1000 points; simplify the lines"

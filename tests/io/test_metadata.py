@@ -49,15 +49,12 @@ def test_a_file_says_how_it_was_painted_and_stays_the_same(tmp_path, suffix):
     assert path.read_bytes() == again.read_bytes()
     assert set(re.findall(rb"\d{4}[:-]\d\d[:-]\d\d[ T]\d\d:\d\d:\d\d", path.read_bytes())) <= {EPOCH}
     row = find_written("picture", path) or find_written("video", path)
-    assert row is not None
     assert b"brushgs render" not in plain.read_bytes()
     if not row.holds_metadata:
         assert path.read_bytes() == plain.read_bytes()
         return
     found = read_metadata(path)
-    assert found is not None
     assert (found.brushgs, found.command, found.inputs) == (__version__, ORIGIN.command, ORIGIN.inputs)
-    assert found.camera is not None
     assert (found.camera.width, found.camera.K[0]) == (32, 20.0)
     assert is_painted_by(path, ORIGIN)
     assert not is_painted_by(path, replace(ORIGIN, inputs="digest 0b"))

@@ -81,12 +81,8 @@ def test_a_photoshop_file_has_the_same_layers(still_life):
     frame = painting.frame(camera, wanted=SHEETS)
     write_ora(frame, "a.ora", None)
     assert write_psd(frame, "a.psd", None) == len(layers_of("a.ora"))
-    modes = {
-        "NORMAL": "src-over",
-        "MULTIPLY": "multiply",
-        "COLOR_DODGE": "color-dodge",
-        "LINEAR_DODGE": "plus",
-    }
+    modes = {"NORMAL": "src-over", "MULTIPLY": "multiply"}
+    modes |= {"COLOR_DODGE": "color-dodge", "LINEAR_DODGE": "plus"}
     layers = psd_tools.PSDImage.open("a.psd")
     for layer, (name, operation, pixels) in zip(layers, layers_of("a.ora"), strict=True):
         assert (layer.name, f"svg:{modes[layer.blend_mode.name]}") == (name, operation)
@@ -106,10 +102,9 @@ def test_a_photoshop_file_needs_its_package(monkeypatch):
 
 def lit_painting(surface):
     """Stage, subject, lines and a glaze in relief, under a strong lamp."""
-    coats = [
-        some_coat(some_strokes(40, seed=row), "impasto", name=name, relief=Relief(gain=20.0))
-        for row, name in enumerate(("backdrop", "strokes", "lines"))
-    ]
+    names, relief = ("backdrop", "strokes", "lines"), Relief(gain=20.0)
+    layers = [(name, some_strokes(40, seed=row)) for row, name in enumerate(names)]
+    coats = [some_coat(strokes, "impasto", name=name, relief=relief) for name, strokes in layers]
     touches = some_coat(some_strokes(20, seed=5), name="touches", blend="glaze")
     return Painting((*coats[:2], touches, coats[2]), surface, Lamp(strength=0.85, gloss=0.4))
 

@@ -18,6 +18,7 @@ from brushgs.options.sequence import PathConfig
 from brushgs.passes.add.behind import behind
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.views import choose_camera, choose_first_view
+from tests.first_view.scenes import about
 from tests.io.ply_maker import element_bytes, write_ply_file
 from tests.kit.for_each import for_each
 from tests.kit.refused import refuse
@@ -31,9 +32,7 @@ def run(*words: object) -> None:
     main([str(word) for word in words])
 
 
-def photographed(
-    path: Path, *, encoding="binary_little_endian", rotation=None, without=(), **changes
-) -> Path:
+def photographed(path, *, encoding="binary_little_endian", rotation=None, without=(), **changes) -> Path:
     """A scene as SHARP writes it: a Gaussian for each pixel of a square before a wall."""
     turn = np.eye(3) if rotation is None else rotation
     y, x = (np.mgrid[:HEIGHT, :WIDTH] + 0.5).reshape(2, -1)
@@ -52,32 +51,23 @@ def photographed(
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = turn, shift
     K = np.array([[FOCAL, 0, 48], [0, FOCAL, 32], [0, 0, 1]])
-    beside = {
-        "extrinsic": matrix,
-        "intrinsic": K,
-        "image_size": np.array([WIDTH, HEIGHT]),
-        "frame": np.array([1, len(x)]),
-        "disparity": np.array([0.3, 1.0]),
-        "color_space": np.array([1]),
-        "version": np.array([1, 5, 0]),
-    } | changes
+    beside = {"extrinsic": matrix, "intrinsic": K, "image_size": [WIDTH, HEIGHT], "frame": [1, len(x)]}
+    beside |= {"disparity": [0.3, 1.0], "color_space": [1], "version": [1, 5, 0]} | changes
     types = {"image_size": "uint", "frame": "int", "color_space": "uchar", "version": "uchar"}
     elements = [element_bytes("vertex", columns, encoding)]
     for name, values in beside.items():
         if name not in without:
             flat = {name: np.ravel(values).astype(np.float64)}
-            elements.append(element_bytes(name, flat, encoding, {name: types.get(name, "float")}))
+            elements.append(element_bytes(name, flat, encoding, types))
     return write_ply_file(path, elements, encoding)
 
 
-def turned() -> np.ndarray:
-    angle = 0.7
-    return np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+TURNED = about((0, 1, 0), np.degrees(0.7))
 
 
 @for_each("encoding", ["binary_little_endian", "ascii"])
 def test_gaussians_project_to_the_pixels_that_they_were_made_of(tmp_path, encoding):
-    path = photographed(tmp_path / "a.ply", encoding=encoding, rotation=turned())
+    path = photographed(tmp_path / "a.ply", encoding=encoding, rotation=TURNED)
     camera = read_cameras(path).cameras[0]
     assert (camera.width, camera.height) == (WIDTH, HEIGHT)
     means = bg.load(path).means.astype(np.float64)
@@ -95,7 +85,7 @@ def test_every_element_is_named(tmp_path):
 
 
 def test_the_first_view_and_its_size_are_those_of_the_photograph(tmp_path):
-    path = photographed(tmp_path / "a.ply", rotation=turned())
+    path = photographed(tmp_path / "a.ply", rotation=TURNED)
     gaussians, notes = read_scene(path)
     view = choose_first_view(gaussians, ViewConfig(), notes, Report())
     expected = read_cameras(path).cameras[0]
@@ -116,10 +106,7 @@ def test_the_first_view_and_its_size_are_those_of_the_photograph(tmp_path):
         ({"extrinsic": np.full(16, np.nan)}, "must be finite"),
         ({"intrinsic": np.ones((3, 3))}, "a pinhole's"),
         ({"without": ("image_size",)}, "no element 'image_size'"),
-        (
-            {"without": ("extrinsic", "intrinsic")},
-            r"no camera of a photograph among its elements \(vertex, im",
-        ),
+        ({"without": ("extrinsic", "intrinsic")}, r"no camera of a photograph among its elements \(vertex, "),
     ],
 )
 def test_a_camera_that_cannot_be_used_is_told_and_the_scene_is_read(tmp_path, changes, sentence):
@@ -132,7 +119,7 @@ def test_a_camera_that_cannot_be_used_is_told_and_the_scene_is_read(tmp_path, ch
 
 
 def test_what_lies_behind_is_painted_over_wherever_the_camera_sways(tmp_path):
-    gaussians, notes = read_scene(photographed(tmp_path / "a.ply", rotation=turned()))
+    gaussians, notes = read_scene(photographed(tmp_path / "a.ply", rotation=TURNED))
     view = choose_first_view(gaussians, ViewConfig(), notes, Report())
     angle = np.radians(10)
     path = plan_path(view, ViewConfig(), PathConfig(orbit=8, sway=float(angle)))

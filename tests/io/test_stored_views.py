@@ -2,7 +2,7 @@
 
 import base64
 import json
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 
 import numpy as np
 import pytest
@@ -18,22 +18,12 @@ from brushgs.values.camera import Camera, FirstView, Photograph
 from tests.io.test_write_ply import make
 from tests.kit.for_each import for_each
 
-EVERY_FIELD = FirstView(
-    points=np.array([[0.1, -2e30, 1 / 3], [-0.0, 5e-324, 7]]),
-    up=np.array([0.6, -0.8, 0.0]),
-    azimuth=1 / 3,
-    elevation=-0.1,
-    eye=np.array([1e-9, 2.0, -3.0]),
-    has_surroundings=True,
-    probability=0.4071,
-    ups=(("-y", 0.4071), ("+z", 1 / 7)),
-    front=-2.5,
-    is_front_sure=False,
-    whole=np.array([[-1.5, 0, 0], [1, 2, 1 / 3]]),
-    photograph=Photograph(
-        Camera(np.eye(4), np.array([[80.5, 0, 1 / 3], [0, 81, 32], [0, 0, 1]]), 96, 64), np.ones(3) / 3, 0.1
-    ),
-)
+POINTS, WHOLE = np.array([[0.1, -2e30, 1 / 3], [-0.0, 5e-324, 7]]), np.array([[-1.5, 0, 0], [1, 2, 1 / 3]])
+LENS = Camera(np.eye(4), np.array([[80.5, 0, 1 / 3], [0, 81, 32], [0, 0, 1]]), 96, 64)
+EVERY_FIELD = FirstView(POINTS, np.array([0.6, -0.8, 0.0]), 1 / 3, -0.1, eye=np.array([1e-9, 2.0, -3.0]))
+EVERY_FIELD = replace(EVERY_FIELD, has_surroundings=True, probability=0.4071, front=-2.5, is_front_sure=False)
+EVERY_FIELD = replace(EVERY_FIELD, ups=(("-y", 0.4071), ("+z", 1 / 7)), whole=WHOLE)
+EVERY_FIELD = replace(EVERY_FIELD, photograph=Photograph(LENS, np.ones(3) / 3, 0.1))
 FEWEST_FIELDS = FirstView(np.ones((1, 3)), np.array([0.0, 0, 1]), 0.0, 0.0)
 
 

@@ -41,12 +41,8 @@ def scene(tmp_path_factory):
 
 def config_of(look):
     config = bg.Look.open(look).config
-    return replace(
-        config,
-        strokes=replace(config.strokes, see="off", focus=None),
-        cluster=replace(config.cluster, strokes=600),
-        view=ViewConfig(size=SIZE),
-    )
+    strokes, cluster = replace(config.strokes, see="off", focus=None), replace(config.cluster, strokes=600)
+    return replace(config, strokes=strokes, cluster=cluster, view=ViewConfig(size=SIZE))
 
 
 def rendered(path):
@@ -68,63 +64,56 @@ def test_another_renderer_shows_the_picture(scene, tmp_path, look, least):
 
 
 def test_layers_are_coats_in_painting_order_and_regions(scene, tmp_path):
-    config = replace(
-        config_of("ink"), rules=Rules((Rule(Where.parse("half:-1,0,0,0"), name="left <&> side"),))
-    )
-    paint_file(scene, tmp_path / "a.svg", config, origin=Origin("brushgs render <pears & co>"))
+    rules = Rules((Rule(Where.parse("half:-1,0,0,0"), name="left <&> side"),))
+    config, origin = replace(config_of("ink"), rules=rules), Origin("brushgs render <pears & co>")
+    paint_file(scene, tmp_path / "a.svg", config, origin=origin)
     root = ElementTree.parse(tmp_path / "a.svg").getroot()
     assert (root.get("width"), root.get("viewBox")) == ("320", "0 0 320 240")
     coats = [one.get(f"{INKSCAPE}label") for one in root.findall(f"{SVG}g")]
     assert [one for one in coats if one in ("ground", "hatching", "lines")] == ["ground", "hatching", "lines"]
-    layers = root.iter(f"{SVG}g")
+    layers = list(root.iter(f"{SVG}g"))
     assert {one.get(f"{INKSCAPE}groupmode") for one in layers} == {"layer"}
-    names = [one.get("id") for one in root.iter(f"{SVG}g")]
-    assert len(set(names)) == len(names)
-    assert "left <&> side" in {one.get(f"{INKSCAPE}label") for one in root.iter(f"{SVG}g")}
+    assert len({one.get("id") for one in layers}) == len(layers)
+    assert "left <&> side" in {one.get(f"{INKSCAPE}label") for one in layers}
     assert root.find(f"{SVG}rect").get("fill").startswith("#f")
     assert read_metadata(tmp_path / "a.svg").command == "brushgs render <pears & co>"
     assert (tmp_path / "a.svg").stat().st_size < 5e6
 
 
+def coat_of(brush, center, half_extent, opacity, **options):
+    """One stroke of a brush: its coat, and its box."""
+    columns = ([center], [half_extent], [0.0], [1.0], [[0.0, 0, 0]], [opacity])
+    boxes = bg.Boxes(*map(np.array, columns), ids=np.zeros(1, np.int32))
+    strokes = bg.Gaussians(np.zeros((1, 3)), np.eye(1, 4), np.ones((1, 3)), np.ones(1), np.zeros((1, 1, 3)))
+    return Coat("one", strokes, brush, RenderOptions.of(brush), **options), boxes
+
+
+def only_path(laid, camera, kind):
+    ((path,),) = (group.paths for group in paths_of([laid], camera).groups)
+    assert path.kind == kind
+    return path
+
+
 def test_a_dot_half_hidden_has_half_of_the_paint():
     camera = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=800, height=600, fov_y=0.8)
-    brush, one = dot_brush(), np.ones(1)
-    boxes = bg.Boxes(
-        *(
-            np.array(column)
-            for column in ([[400.0, 300.0]], [[1.2, 1.2]], [0.0], [1.0], [[0.0, 0, 0]], [0.8])
-        ),
-        ids=np.zeros(1, np.int32),
-    )
-    strokes = bg.Gaussians(np.zeros((1, 3)), np.eye(1, 4), np.ones((1, 3)), one, np.zeros((1, 1, 3)))
-    coat = Coat("dots", strokes, brush, RenderOptions.of(brush))
+    coat, boxes = coat_of(dot_brush(), [400.0, 300.0], [1.2, 1.2], 0.8)
 
     def opacity(depth):
         limit = np.full((600, 800), 2.0)
         limit[:, :400] = depth
-        laid = LaidCoat(coat, boxes, DepthTest(limit, 0.01 * one), np.zeros((600, 800)))
-        (group,) = paths_of([laid], camera).groups
-        (path,) = group.paths
-        assert path.kind == "dot"
-        return path.opacity
+        laid = LaidCoat(coat, boxes, DepthTest(limit, np.full(1, 0.01)), np.zeros((600, 800)))
+        return only_path(laid, camera, "dot").opacity
 
     assert opacity(0.5) == pytest.approx(0.5 * opacity(2.0), rel=0.07)  # of 17 samples, one lies on the edge
 
 
 def test_a_line_of_which_paper_takes_paint_is_narrower_and_not_lighter_than_that_share():
     camera = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=80, height=60, fov_y=0.8)
-    brush, one = pen_brush(), np.ones(1)
-    columns = ([[40.0, 30.0]], [[20.0, 0.8]], [0.0], [1.0], [[0.0, 0, 0]], [1.0])
-    boxes = bg.Boxes(*map(np.array, columns), ids=np.zeros(1, np.int32))
-    strokes = bg.Gaussians(np.zeros((1, 3)), np.eye(1, 4), np.ones((1, 3)), one, np.zeros((1, 1, 3)))
-    coat = Coat("lines", strokes, brush, RenderOptions.of(brush), dry=0.3)
+    coat, boxes = coat_of(pen_brush(), [40.0, 30.0], [20.0, 0.8], 1.0, dry=0.3)
 
     def line(share):
         taken = None if share is None else np.full((60, 80), share)
-        laid = LaidCoat(coat, boxes, None, np.full((60, 80), share or 1.0), taken)
-        ((path,),) = (group.paths for group in paths_of([laid], camera).groups)
-        assert path.kind == "line"
-        return path
+        return only_path(LaidCoat(coat, boxes, None, np.full((60, 80), share or 1.0), taken), camera, "line")
 
     whole, pencil = line(None), line(0.6)
     assert pencil.width < 0.9 * whole.width
@@ -134,9 +123,8 @@ def test_a_line_of_which_paper_takes_paint_is_narrower_and_not_lighter_than_that
 
 def test_kinds_of_paths_and_an_empty_drawing(tmp_path):
     line = Path2D("line", np.array([[1.04, 2.0], [3.26, 2.0], [5, 5]]), 0.5, (0, 0, 0), 1.0)
-    area = Path2D(
-        "area", np.array([[0, 0], [4, 0], [4, 4], [np.nan] * 2, [5, 5], [6, 5], [6, 6.0]]), 0, (1, 0, 0), 0.5
-    )
+    corners = np.array([[0, 0], [4, 0], [4, 4], [np.nan] * 2, [5, 5], [6, 5], [6, 6.0]])
+    area = Path2D("area", corners, 0, (1, 0, 0), 0.5)
     dot = Path2D("dot", np.array([[3.0, 3.0]]), 2.0, (0, 0, 1), 1.0)
     soft = Path2D("soft", np.array([[3.0, 3.0], [5.0, 3.0], [3.0, 4.0]]), 0, (0, 0.5, 0), 0.3)
     write_svg(Paths(8, 6, None, (PathGroup("c", "", True, (line, area, dot, soft)),)), tmp_path / "a.svg")

@@ -22,9 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 WIDTH, HEIGHT, NUM_FRAMES = 72, 50, 7
 
 
-def moving_picture(
-    width: int = WIDTH, height: int = HEIGHT, num_frames: int = NUM_FRAMES
-) -> list[np.ndarray]:
+def moving_picture(width=WIDTH, height=HEIGHT, num_frames=NUM_FRAMES) -> list[np.ndarray]:
     """A smooth pattern of many colors that slides by two pixels a frame."""
     noise = np.random.default_rng(0).random((height, width + 2 * num_frames, 3))
     smooth = gaussian_filter(noise, (4, 4, 0))
@@ -32,12 +30,8 @@ def moving_picture(
     return [np.ascontiguousarray(pixels[:, 2 * i : 2 * i + width]) for i in range(num_frames)]
 
 
-OFFERED = [
-    (row.suffixes[0], codec, bits)
-    for row in VIDEO_FORMATS
-    for codec in row.codecs
-    for bits in VIDEO_CODECS[codec].bits
-]
+CODECS = [(row.suffixes[0], codec) for row in VIDEO_FORMATS for codec in row.codecs]
+OFFERED = [(suffix, codec, bits) for suffix, codec in CODECS for bits in VIDEO_CODECS[codec].bits]
 
 
 def film(path: Path, frames: list[np.ndarray], fps: float = 24, **options: bool | str | int | None) -> Path:
@@ -159,10 +153,12 @@ def test_odd_sides_lose_nothing(tmp_path, suffix):
 @for_each(
     ("fps", "rate"),
     [
-        (23.976, Fraction(24000, 1001)), (29.97, Fraction(30000, 1001)), (59.94, Fraction(60000, 1001)),
-        (119.88, Fraction(120000, 1001)), (30, 30), (12.5, Fraction(25, 2)),
+        (29.97, Fraction(30000, 1001)),
+        (59.94, Fraction(60000, 1001)),
+        (30, 30),
+        (12.5, Fraction(25, 2)),
     ],
-)  # fmt: skip
+)
 def test_the_frame_rate_is_kept_and_those_of_television_are_fractions(tmp_path, fps, rate):
     assert read(film(tmp_path / "a.mp4", moving_picture(), fps))[2] == rate
 
@@ -196,17 +192,11 @@ PLAIN, SMALL = [(HEIGHT, WIDTH)], [(4, 6)]
     [
         (PLAIN, "a.gif", {"fps": 60}, r"fps must be above 0 and at most 50 for \.\w+, got 60"),
         (PLAIN, "a.mp4", {"fps": 0}, r"fps must be above 0 and at most 1000 for \.\w+, got 0"),
-        (PLAIN, "a.webm", {"fps": 1001}, r"fps must be above 0 and at most 1000 for \.\w+, got 1001"),
         ([(16, 8194)], "a.mp4", {"codec": "h265"}, r"in \.mp4 with H\.265 must be at most 8192 pixels wide"),
         ([(15, 40)], "a.mp4", {"codec": "h265"}, r"in \.mp4 with H\.265 must be at least 16 pixels wide"),
         (SMALL, "a.mp4", {"codec": "vp9"}, r"codec must be h264 or h265 for \.mp4, got 'vp9'; \.webm takes"),
         (SMALL, "a.webm", {"codec": "h264"}, r"codec must be vp9 for \.webm, got 'h264'; \.mp4, \.mov or"),
-        (
-            SMALL,
-            "a.gif",
-            {"background": "transparent"},
-            r"background must not be transparent in a\.gif, whose",
-        ),
+        (SMALL, "a.gif", {"background": "transparent"}, r"must not be transparent in a\.gif, whose"),
         (SMALL, "a.avi", {}, r"path must end in .*, got '.*a.avi'"),
         ([], "a.mp4", {}, "frames must hold at least one, got none"),
         ([(4, 6), (6, 4)], "a.gif", {}, "frames must have one size, got 6x4 and 4x6"),

@@ -42,17 +42,17 @@ def test_what_is_written_reads_back(tmp_path, num_rows, num_terms, dtype):
         assert_same(read, strokes)
 
 
-values = st.floats(-1e6, 1e6, width=32)
-quats = st.tuples(*[st.floats(-4, 4, width=32)] * 4).filter(any)
-scales = st.one_of(st.just(0.0), st.floats(0, float(np.finfo(np.float32).max), width=32))
-opacities = st.one_of(st.just(0.0), st.just(1.0), st.floats(0, 1, width=32))
-rows = st.tuples(st.tuples(values, values, values), quats, st.tuples(scales, scales, scales), opacities)
 LARGEST = float(np.finfo(np.float32).max)
 TINIEST = float(np.finfo(np.float32).smallest_subnormal)
+CENTERS = st.tuples(*[st.floats(-1e6, 1e6, width=32)] * 3)
+QUATS = st.tuples(*[st.floats(-4, 4, width=32)] * 4).filter(any)
+SCALES = st.just(0.0) | st.floats(0, LARGEST, width=32)
+OPACITIES = st.sampled_from([0.0, 1.0]) | st.floats(0, 1, width=32)
+ROWS = st.tuples(CENTERS, QUATS, st.tuples(*[SCALES] * 3), OPACITIES)
 
 
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(st.lists(rows, min_size=1, max_size=5))
+@given(st.lists(ROWS, min_size=1, max_size=5))
 @example([((0, 0, 0), (0, 0, 0, TINIEST), (LARGEST, 0, TINIEST), 1.0)])
 @example([((0, 0, 0), (1, 0, 0, 0), (1, 1, 1), float(np.nextafter(np.float32(1), 0)))])
 @example([((0, 0, 0), (0, 0, 0, 1), (1, 1, 1), 0.5)])  # is no file of decoded values
@@ -72,25 +72,13 @@ def test_any_scene_reads_back_and_no_infinity_is_written(tmp_path, scene):
     assert_same(with_ones, Gaussians(*columns[:2], huge, columns[3], gaussians.sh))
 
 
-def test_values_that_do_not_fit_float32_are_refused_by_name(tmp_path):
+def test_what_cannot_be_saved_is_refused_by_name(tmp_path):
     gaussians = make(2, dtype=np.float64)
-    big = Gaussians(
-        gaussians.means * 1e60, *(getattr(gaussians, n) for n in ("quats", "scales", "opacities", "sh"))
-    )
-    with pytest.raises(
-        ValueError, match="save: means must fit float32, got larger values; shrink the scene first"
-    ):
+    big = replace(gaussians, means=gaussians.means * 1e60)
+    with pytest.raises(ValueError, match="save: means must fit float32, got larger values; shrink the scene"):
         bg.save(big, tmp_path / "a.ply")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_another_suffix_is_refused_and_those_that_are_written_are_named(tmp_path):
-    with pytest.raises(
-        ValueError, match=r"save: Gaussians must go to a \.ply, .*file, got '.*a\.ksplat'; change the suffix"
-    ):
+    with pytest.raises(ValueError, match=r"save: Gaussians must go to a \.ply, .*got '.*a\.ksplat'; change"):
         bg.save(make(2), tmp_path / "a.ksplat")
-
-
-def test_only_gaussians_and_frames_can_be_saved(tmp_path):
     with pytest.raises(TypeError, match="save: value must be Gaussians or a Frame, got int"):
-        bg.save(3, tmp_path / "a.ply")  # type: ignore[arg-type]
+        bg.save(3, tmp_path / "a.ply")
+    assert list(tmp_path.iterdir()) == []

@@ -1,6 +1,5 @@
 """Small clips of a file a moment."""
 
-from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +15,8 @@ def columns_at(moment: float, num_rows: int = 200, seed: int = 0) -> Columns:
     columns["x"] = (columns["x"] + 0.05 * moment).astype(np.float32)
     columns["opacity"] = (columns["opacity"] + 0.1 * moment).astype(np.float32)
     cos, sin = np.cos(0.1 * moment), np.sin(0.1 * moment)
-    turned = [
-        cos * columns["rot_0"] - sin * columns["rot_3"],
-        cos * columns["rot_1"] - sin * columns["rot_2"],
-        cos * columns["rot_2"] + sin * columns["rot_1"],
-        cos * columns["rot_3"] + sin * columns["rot_0"],
-    ]
+    quats = np.stack([columns[f"rot_{i}"] for i in range(4)])
+    turned = cos * quats + sin * np.array([[-1], [-1], [1], [1]]) * quats[::-1]
     return columns | {f"rot_{i}": values.astype(np.float32) for i, values in enumerate(turned)}
 
 
@@ -32,16 +27,9 @@ def shuffled(columns: Columns, seed: int, dropped: float = 0.0) -> Columns:
     return {name: values[rows] for name, values in columns.items()}
 
 
-def write_frames(
-    folder: Path,
-    moments: Sequence[float],
-    name: str = "frame_{:03}.ply",
-    columns: Callable[[float], Columns] = columns_at,
-    comments: Sequence[str] = (),
-) -> list[Path]:
+def write_frames(folder, moments, name="frame_{:03}.ply", columns=columns_at, comments=()) -> list[Path]:
     """A file for each moment, numbered by its place in the list."""
     folder.mkdir(parents=True, exist_ok=True)
-    return [
-        write_scene(folder / name.format(index), columns(moment), comments=comments)
-        for index, moment in enumerate(moments)
-    ]
+    paths = [folder / name.format(index) for index in range(len(moments))]
+    rows = zip(paths, moments, strict=True)
+    return [write_scene(path, columns(moment), comments=comments) for path, moment in rows]

@@ -7,6 +7,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from scipy.special import expit
 
 import brushgs as bg
 from brushgs.formats.moving import dynamic3d as npz
@@ -23,13 +24,9 @@ def write(path, arrays, *, packed=False):
 def meaning(arrays, moment):
     """One moment in float64: the definition."""
     a = {name: values.astype(np.float64) for name, values in arrays.items()}
-    return {
-        "means": a["means3D"][moment],
-        "quats": a["unnorm_rotations"][moment],
-        "scales": np.exp(a["log_scales"]),
-        "opacities": 1 / (1 + np.exp(-a["logit_opacities"][:, 0])),
-        "sh": ((a["rgb_colors"][moment] - 0.5) / C0)[:, None],
-    }
+    found = {"means": a["means3D"][moment], "quats": a["unnorm_rotations"][moment]}
+    found |= {"scales": np.exp(a["log_scales"]), "opacities": expit(a["logit_opacities"][:, 0])}
+    return found | {"sh": ((a["rgb_colors"][moment] - 0.5) / C0)[:, None]}
 
 
 @for_each("packed", [False, True])
@@ -109,9 +106,7 @@ def test_an_array_of_objects_is_refused_by_name_and_never_unpickled(tmp_path):
     [
         ({"rgb_colors": None}, "has no array 'rgb_colors' among: 'means3D', "),
         ({"log_scales": np.ones((6, 3), int)}, "'log_scales' must hold floats, got int"),
-        ({"means3D": np.array(["a"])}, "must hold floats, got <U1"),
         ({"means3D": np.zeros(3, [("x", "f4")])}, "'means3D' must hold floats"),
-        ({"means3D": np.zeros((3, 6, 3), np.longdouble)}, "must hold floats, got"),
         ({"log_scales": np.ones((5, 3))}, r"'log_scales' must have the shape \[3, 6, 3\]"),
         ({"rgb_colors": np.ones((2, 6, 3))}, r"must .* got \[2, 6, 3\]"),
         ({"unnorm_rotations": np.ones((3, 6, 3))}, r"must .* got \[3, 6, 3\]"),
@@ -165,7 +160,6 @@ def test_archives_that_are_cut_off_damaged_or_of_another_kind_are_refused(tmp_pa
         (b"(3, 6, 3)", b"(9, 6, 3)", r"'means3D' has \d+ bytes, and \d+ by its header"),
         (b"(3, 6, 3)", b"(-3,6,-3)", r"'means3D' has the shape \(-3, 6, -3\)"),
         (b"(3, 6, 3)", b"(3, 6.,3)", "'means3D' has no header that can be read"),
-        (b"(3, 6, 3)", b"(3, 6, (3", "'means3D' has no header that can be read"),
     ],
 )
 def test_a_header_at_fault_is_refused(tmp_path, old, new, sentence):

@@ -47,9 +47,7 @@ REFUSED = [
 
 
 @for_each("names, named, sentence", REFUSED)
-def test_what_needs_a_network_or_a_pickle_is_refused_with_the_export_that_works(
-    names, named, sentence, tmp_path
-):
+def test_what_needs_a_network_or_a_pickle_is_refused_with_a_cure(names, named, sentence, tmp_path):
     folder = tmp_path / names[0].replace("/", "-")
     folder.mkdir(exist_ok=True)
     path = model(folder / str(len(names)), *names) / named

@@ -24,15 +24,10 @@ def gaussians(**more: Any) -> Any:
     widths[:50] = more.pop("width", np.inf)
     ends = np.full(NUM_ROWS, 2.0)
     ends[100:150] = 1
-    columns = {
-        "positions": rng.normal(size=(NUM_ROWS, 3)),
-        "scales": np.exp(rng.normal(-3, 1, (NUM_ROWS, 3))),
-        "rotations": quats / np.linalg.norm(quats, axis=1, keepdims=True),
-        "colors": rng.random((NUM_ROWS, 4)),
-        "motions": rng.normal(size=(NUM_ROWS, 3)),
-        "mu_t": rng.random(NUM_ROWS) * 2,
-        "sigma_t": widths,
-    }
+    columns = {"positions": rng.normal(size=(NUM_ROWS, 3)), "mu_t": rng.random(NUM_ROWS) * 2}
+    columns |= {"scales": np.exp(rng.normal(-3, 1, (NUM_ROWS, 3))), "sigma_t": widths}
+    columns["rotations"] = quats / np.linalg.norm(quats, axis=1, keepdims=True)
+    columns |= {"colors": rng.random((NUM_ROWS, 4)), "motions": rng.normal(size=(NUM_ROWS, 3))}
     floats = {name: values.astype(np.float32) for name, values in columns.items()}
     return fourdgs.GaussianSet(**floats, win_lo=np.zeros(NUM_ROWS), win_hi=ends, **more)
 
@@ -77,12 +72,8 @@ def test_moments_are_those_that_the_package_states(degree, tmp_path):
 def test_things_move_on_their_tracks(tmp_path):
     fourdgs = pytest.importorskip("fourdgs", reason="the package fourdgs is not installed")
     half = math.sqrt(0.5)
-    track = fourdgs.ObjectTrack(
-        object_id=7,
-        times=[0.0, 2.0],
-        rotations=[[0, 0, 0, 1], [0, 0, half, half]],
-        translations=[[0, 0, 0], [4, 0, 0]],
-    )
+    turns, places = [[0, 0, 0, 1], [0, 0, half, half]], [[0, 0, 0], [4, 0, 0]]
+    track = fourdgs.ObjectTrack(object_id=7, times=[0.0, 2.0], rotations=turns, translations=places)
     ids = np.zeros(NUM_ROWS, np.uint32)
     ids[:40] = 7
     layer = fourdgs.ObjectLayer(tracks=[track])

@@ -54,17 +54,11 @@ def test_a_folder_of_numbered_files_is_a_clip(tmp_path, name):
     assert moving.notes.format == "12 moments at 24 a second, PLY, binary little-endian"
 
 
-@for_each(
-    "name, apart, is_clip",
-    [
-        ("frame_{}.ply", 100, True),
-        ("tile_{}.ply", 0, False),
-        ("scan_{}.ply", 0.5, True),
-        ("scan_{}.ply", 4, False),
-        ("{}.ply", 0, True),
-        ("{}.ply", 100, False),
-    ],
-)
+CLIPS = [("frame_{}.ply", 100), ("scan_{}.ply", 0.5), ("{}.ply", 0)]
+OTHERS = [("tile_{}.ply", 0), ("scan_{}.ply", 4), ("{}.ply", 100)]
+
+
+@for_each("name, apart, is_clip", [(*row, row in CLIPS) for row in CLIPS + OTHERS])
 def test_names_decide_and_then_places(tmp_path, name, apart, is_clip):
     folder = tmp_path / f"{name} {apart}"
     folder.mkdir()
@@ -128,15 +122,10 @@ def test_rows_in_any_other_order_do_not_correspond():
     for count in (1, 2, 3, len(scene)):
         assert have_same_rows(scene.take(slice(0, count)), scene.take(slice(0, count)))
     lost, ordered = [without(0.03, seed) for seed in (1, 2)], along_x(scene)
-    for one, other in (
-        (scene, scene.take(np.random.default_rng(0).permutation(len(scene)))),
-        (scene, scene.take(slice(None, None, -1))),
-        (scene, scene.take(slice(1, None))),
-        (ordered, along_x(scene.take(slice(0, -1)))),
-        lost,
-        [along_x(some) for some in lost],
-        (ordered.take(slice(0, None, 2)), ordered.take(slice(1, None, 2))),
-    ):
+    shuffle = np.random.default_rng(0).permutation(len(scene))
+    others = [(scene, scene.take(rows)) for rows in (shuffle, slice(None, None, -1), slice(1, None))]
+    others += [(ordered, along_x(scene.take(slice(0, -1)))), lost, [along_x(some) for some in lost]]
+    for one, other in (*others, [ordered.take(slice(first, None, 2)) for first in (0, 1)]):
         assert not have_same_rows(one, other)
 
 
@@ -307,14 +296,11 @@ def test_a_clip_of_strokes_keeps_its_brushes_unless_they_are_of_another_set(tmp_
 
 def test_a_moment_is_read_as_its_file_is_and_between_files_it_is_made_of_both(tmp_path):
     paths = write_frames(tmp_path, range(5))
-    for time, path, words in (
-        (None, paths[0], "0.00"),
-        (bg.Moment(2 / 24), paths[2], "0.08"),
-        (bg.Moment(0.083), paths[2], "0.08"),
-        (bg.Moment(1.0, is_share=True), paths[4], "0.17"),
-    ):
+    times = {None: 0, bg.Moment(2 / 24): 2, bg.Moment(0.083): 2, bg.Moment(1.0, is_share=True): 4}
+    for time, index in times.items():
+        words = ("0.00", "", "0.08", "", "0.17")[index]
         gaussians, notes = read_scene(SceneSource((tmp_path,), time=time))
-        assert_same(gaussians, bg.load(path))
+        assert_same(gaussians, bg.load(paths[index]))
         assert notes.format == f"PLY, binary little-endian, moment {words} s of 0.21 s"
     gaussians, notes = read_scene(SceneSource((tmp_path,), time=bg.Moment(0.05)))
     assert_same(gaussians, opened(tmp_path).at(0.05))

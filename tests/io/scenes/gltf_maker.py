@@ -20,12 +20,10 @@ def make(num_rows: int, degree: int = 0, seed: int = 0) -> Attributes:
     quats = rng.normal(size=(num_rows, 4))
     opacities = rng.uniform(0, 1, (num_rows, 1))
     opacities[:2, 0] = 0, 1
-    attributes = {
-        "POSITION": rng.normal(size=(num_rows, 3)),
-        f"{PREFIX}ROTATION": quats / np.linalg.norm(quats, axis=1, keepdims=True),
-        f"{PREFIX}SCALE": np.exp(rng.uniform(-6, -1, (num_rows, 3))),
-        f"{PREFIX}OPACITY": opacities,
-    }
+    quats /= np.linalg.norm(quats, axis=1, keepdims=True)
+    attributes = {"POSITION": rng.normal(size=(num_rows, 3)), f"{PREFIX}ROTATION": quats}
+    attributes[f"{PREFIX}SCALE"] = np.exp(rng.uniform(-6, -1, (num_rows, 3)))
+    attributes[f"{PREFIX}OPACITY"] = opacities
     for band in range(degree + 1):
         for index in range(2 * band + 1):
             attributes[f"{PREFIX}SH_DEGREE_{band}_COEF_{index}"] = rng.normal(size=(num_rows, 3)) / (1 + band)
@@ -37,35 +35,23 @@ class Model:
 
     def __init__(self) -> None:
         self.data = b""
-        self.top: dict[str, Any] = {
-            "asset": {"version": "2.0"},
-            "extensionsUsed": ["KHR_gaussian_splatting"],
-            "buffers": [{"byteLength": 0}],
-            "bufferViews": [],
-            "accessors": [],
-            "meshes": [],
-        }
+        self.top: dict[str, Any] = {"asset": {"version": "2.0"}, "extensionsUsed": ["KHR_gaussian_splatting"]}
+        self.top |= {"buffers": [{"byteLength": 0}], "bufferViews": [], "accessors": [], "meshes": []}
 
     def accessor(self, values: np.ndarray, normalized: bool = False) -> int:
         """Adds an array of its own; returns its number."""
         view = {"buffer": 0, "byteOffset": len(self.data), "byteLength": values.nbytes}
         self.data += values.tobytes() + bytes(-values.nbytes % 4)
         self.top["bufferViews"].append(view)
-        entry = {
-            "bufferView": len(self.top["bufferViews"]) - 1,
-            "componentType": _CODES[values.dtype.name],
-            "count": len(values),
-            "type": _TYPES[values.shape[1]],
-        }
+        entry = {"bufferView": len(self.top["bufferViews"]) - 1, "componentType": _CODES[values.dtype.name]}
+        entry |= {"count": len(values), "type": _TYPES[values.shape[1]]}
         self.top["accessors"].append(entry | ({"normalized": True} if normalized else {}))
         return len(self.top["accessors"]) - 1
 
     def mesh(self, attributes: Attributes, normalized: tuple[str, ...] = (), **extension: object) -> int:
         """Adds a mesh of splats; returns its number."""
-        indices = {
-            name: self.accessor(values, name in normalized or name == "COLOR_0")
-            for name, values in attributes.items()
-        }
+        names = (*normalized, "COLOR_0")
+        indices = {name: self.accessor(values, name in names) for name, values in attributes.items()}
         self.add_mesh(indices, **extension)
         return len(self.top["meshes"]) - 1
 
@@ -79,9 +65,8 @@ class Model:
         """Adds a mesh whose rows hold all attributes, one after the other."""
         rows = np.concatenate([values.view(np.uint8) for values in attributes.values()], axis=1)
         stride, start = rows.shape[1], len(self.data)
-        self.top["bufferViews"].append(
-            {"buffer": 0, "byteOffset": start, "byteLength": rows.size, "byteStride": stride}
-        )
+        view = {"buffer": 0, "byteOffset": start, "byteLength": rows.size, "byteStride": stride}
+        self.top["bufferViews"].append(view)
         self.data += rows.tobytes() + bytes(-rows.size % 4)
         indices, offset = {}, 0
         for name, values in attributes.items():

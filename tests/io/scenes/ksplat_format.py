@@ -41,9 +41,7 @@ def row_type(level: int, degree: int) -> np.dtype:
     return np.dtype([*columns, ("rest", rest, (3 * NUM_REST[degree],))])
 
 
-def _section(
-    scene: Scene, level: int, room: int, partial: list[int], offsets: int, limits: tuple[float, float]
-) -> tuple[bytes, bytes]:
+def _section(scene: Scene, level: int, room: int, partial, offsets, limits) -> tuple[bytes, bytes]:
     """Header and content; the last buckets hold so many Gaussians as `partial` says, all others 16."""
     means, num_rows = scene["means"], len(scene["means"])
     degree = NUM_REST.index(scene["rest"].shape[2])
@@ -69,16 +67,7 @@ def _section(
     return (header + struct.pack("<IIIH", len(data), *ends, degree)).ljust(1024, b"\0"), data
 
 
-def encode(
-    scenes: list[Scene],
-    level: int,
-    *,
-    room: int = 0,
-    partial: tuple[int, ...] = (),
-    offsets: int = 32767,
-    limits: tuple[float, float] = LIMITS,
-    num_sections: int = 0,
-) -> bytes:
+def encode(scenes, level, *, room=0, partial=(), offsets=32767, limits=LIMITS, num_sections=0) -> bytes:
     """A file with a section for each scene, each with room for so many more Gaussians."""
     sections = []
     for scene in scenes:

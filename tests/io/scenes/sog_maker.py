@@ -123,10 +123,5 @@ def decode(scene: dict[str, Any], rows: Any) -> dict[str, np.ndarray]:
         labels = pixels("shN_labels") @ (1, 256, 0)
         entries = scene["shN_centroids"].reshape(height * 64, width // 64, 3)[labels]
         sh = np.concatenate([sh, levels("shN", entries)], axis=1)
-    return {
-        "means": np.copysign(np.exp(np.abs(stored)) - 1, stored),
-        "quats": quats,
-        "scales": np.exp(levels("scales", pixels("scales"))),
-        "opacities": opacities,
-        "sh": sh,
-    }
+    means, scales = np.sign(stored) * np.expm1(np.abs(stored)), np.exp(levels("scales", pixels("scales")))
+    return {"means": means, "quats": quats, "scales": scales, "opacities": opacities, "sh": sh}

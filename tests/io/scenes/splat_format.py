@@ -14,13 +14,10 @@ def make(num_rows: int, seed: int = 0) -> Scene:
     """Values as the format has them: standard deviations, colors and opacities of 0 to 1."""
     rng = np.random.default_rng([20251123, seed])
     quats = rng.normal(size=(num_rows, 4))
-    return {
-        "means": rng.normal(size=(num_rows, 3)) * 3,
-        "scales": np.exp(rng.normal(-4, 1, size=(num_rows, 3))),
-        "colors": rng.random((num_rows, 3)),
-        "opacities": np.r_[0.0, 1.0, rng.random(num_rows)][:num_rows],
-        "quats": quats / np.linalg.norm(quats, axis=1, keepdims=True),
-    }
+    means, scales = rng.normal(size=(num_rows, 3)) * 3, np.exp(rng.normal(-4, 1, size=(num_rows, 3)))
+    colors, opacities = rng.random((num_rows, 3)), np.r_[0.0, 1.0, rng.random(num_rows)][:num_rows]
+    found = {"means": means, "scales": scales, "colors": colors, "opacities": opacities}
+    return found | {"quats": quats / np.linalg.norm(quats, axis=1, keepdims=True)}
 
 
 def as_bytes(values: np.ndarray) -> np.ndarray:

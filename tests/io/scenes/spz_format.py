@@ -50,14 +50,10 @@ def _turns(quats: np.ndarray, version: int) -> bytes:
 
 def blocks(scene: Scene, version: int, bits: int = 12) -> list[bytes]:
     """Positions, opacities, colors, scales, rotations, spherical harmonics."""
-    return [
-        _places(scene["means"], version, bits),
-        as_bytes(scene["opacities"] * 255).tobytes(),
-        as_bytes((0.5 + 0.15 * scene["sh0"]) * 255).tobytes(),
-        as_bytes((scene["log_scales"] + 10) * 16).tobytes(),
-        _turns(scene["quats"], version),
-        as_bytes(128 + 128 * scene["rest"]).tobytes(),
-    ]
+    colors, scales = (0.5 + 0.15 * scene["sh0"]) * 255, (scene["log_scales"] + 10) * 16
+    values = scene["opacities"] * 255, colors, scales, 128 + 128 * scene["rest"]
+    *stored, rest = (as_bytes(some).tobytes() for some in values)
+    return [_places(scene["means"], version, bits), *stored, _turns(scene["quats"], version), rest]
 
 
 def record(kind: int, payload: bytes) -> bytes:
@@ -65,15 +61,7 @@ def record(kind: int, payload: bytes) -> bytes:
     return struct.pack("<II", kind, len(payload)) + payload
 
 
-def encode(
-    scene: Scene,
-    version: int,
-    *,
-    bits: int = 12,
-    flags: int = 0,
-    extensions: bytes = b"",
-    packed: bool = True,
-) -> bytes:
+def encode(scene: Scene, version: int, *, bits=12, flags=0, extensions=b"", packed=True) -> bytes:
     """A whole file; without gzip if it is not to be packed."""
     parts = blocks(scene, version, bits)
     degree = NUM_REST.index(scene["rest"].shape[1])
@@ -86,18 +74,14 @@ def encode(
     return encode_4(num_rows, degree, parts, bits=bits, flags=flags, extensions=extensions)
 
 
-def encode_4(
-    num_rows: int, degree: int, parts: list[bytes], *, bits: int = 12, flags: int = 0, extensions: bytes = b""
-) -> bytes:
+def encode_4(num_rows: int, degree: int, parts: list[bytes], *, bits=12, flags=0, extensions=b"") -> bytes:
     """A file of version 4."""
     parts = [part for part in parts if part]
     streams = [zstandard.ZstdCompressor().compress(part) for part in parts]
     header = struct.pack("<4sIIBBBB", b"NGSP", 4, num_rows, degree, bits, flags, len(parts))
     header += struct.pack("<I12x", 32 + len(extensions))
-    table = b"".join(
-        struct.pack("<QQ", len(stream), len(part)) for stream, part in zip(streams, parts, strict=True)
-    )
-    return b"".join([header, extensions, table, *streams])
+    sizes = zip(map(len, streams), map(len, parts), strict=True)
+    return b"".join([header, extensions, *(struct.pack("<QQ", *size) for size in sizes), *streams])
 
 
 def streams(data: bytes) -> list[bytes]:
@@ -122,23 +106,16 @@ def decode(data: bytes, most: int | None = None) -> dict[str, np.ndarray]:
     else:
         parts = [zstandard.ZstdDecompressor().decompress(stream) for stream in streams(content)]
         parts += [b""] * (6 - len(parts))
-    means, alphas, colors, scales, turns, rest = (
-        np.frombuffer(part, np.uint8).reshape(count, width)[:most]
-        for part, width in zip(parts, widths, strict=True)
-    )
+    rows = zip([np.frombuffer(part, np.uint8) for part in parts], widths, strict=True)
+    means, alphas, colors, scales, turns, rest = (part.reshape(count, n)[:most] for part, n in rows)
     if version == 1:
         means = np.ascontiguousarray(means).view("<f2").astype(float)
     else:
         words = np.pad(means.reshape(-1, 3), ((0, 0), (1, 0))).view("<i4") >> 8
         means = words.reshape(-1, 3) / 2**bits
     sh = [((colors / 255 - 0.5) / 0.15)[:, None], (rest.reshape(len(rest), -1, 3) - 128.0) / 128]
-    return {
-        "means": means,
-        "opacities": alphas[:, 0] / 255,
-        "scales": np.exp(scales / 16 - 10),
-        "quats": _decode_turns(turns),
-        "sh": np.concatenate(sh, axis=1),
-    }
+    found = {"means": means, "opacities": alphas[:, 0] / 255, "scales": np.exp(scales / 16 - 10)}
+    return found | {"quats": _decode_turns(turns), "sh": np.concatenate(sh, axis=1)}
 
 
 def _decode_turns(packed: np.ndarray) -> np.ndarray:

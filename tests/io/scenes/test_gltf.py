@@ -11,6 +11,7 @@ from brushgs.formats import read_scene
 from brushgs.values.sh import C0, sh_basis
 from tests.io.scenes import spz_format
 from tests.io.scenes.gltf_maker import PREFIX, Attributes, Model, make
+from tests.kit.changed import changed
 from tests.kit.for_each import for_each
 from tests.kit.refused import refuse, refuse_bytes
 from tests.passes.scenes import covariances
@@ -75,12 +76,8 @@ def test_normalized_integers_are_fractions(tmp_path):
 def test_names_and_colors_of_the_first_draft_are_read(tmp_path):
     attributes = make(20)
     rgba = np.random.default_rng(0).integers(0, 256, (20, 4), dtype=np.uint8)
-    stored = {
-        "POSITION": attributes["POSITION"],
-        "_ROTATION": attributes[f"{PREFIX}ROTATION"],
-        "_SCALE": attributes[f"{PREFIX}SCALE"],
-        "COLOR_0": rgba,
-    }
+    stored = {"POSITION": attributes["POSITION"], "COLOR_0": rgba}
+    stored |= {f"_{name}": attributes[f"{PREFIX}{name}"] for name in ("ROTATION", "SCALE")}
     rest = np.random.default_rng(1).normal(size=(3, 20, 3)).astype(np.float32)
     stored |= {f"_SH_DEGREE_1_COEFF_{index}": rest[index] for index in range(3)}
     gaussians = bg.load(model_of(stored).write(tmp_path / "a.glb"))
@@ -133,15 +130,9 @@ def test_meshes_of_a_tree_of_nodes_follow_each_other(tmp_path):
     model.mesh(first)
     model.mesh(second)
     model.top["meshes"].append({"primitives": [{"attributes": {"POSITION": 0}, "mode": 0}]})  # no splats
-    model.top["nodes"] = [
-        {"mesh": 1, "translation": [0, 0, 1]},
-        {"children": [0, 2], "translation": [0, 5, 0]},
-        {"mesh": 0, "scale": [2, 2, 2]},
-        {"mesh": 2},
-        {"mesh": 0},  # in no scene
-    ]
-    model.top["scenes"] = [{"nodes": [4]}, {"nodes": [1, 3]}]
-    model.top["scene"] = 1
+    nodes = [{"mesh": 1, "translation": [0, 0, 1]}, {"children": [0, 2], "translation": [0, 5, 0]}]
+    nodes += [{"mesh": 0, "scale": [2, 2, 2]}, {"mesh": 2}, {"mesh": 0}]  # the last in no scene
+    model.top |= {"nodes": nodes, "scenes": [{"nodes": [4]}, {"nodes": [1, 3]}], "scene": 1}
     gaussians = bg.load(model.write(tmp_path / "a.glb"))
     np.testing.assert_allclose(gaussians.means[:20], second["POSITION"] + [0, 5, 1], atol=1e-6)
     np.testing.assert_allclose(gaussians.means[20:], 2 * first["POSITION"] + [0, 5, 0], atol=1e-6)
@@ -230,49 +221,29 @@ def test_models_without_splats_and_with_others_are_told(tmp_path):
         bg.load(path)
 
 
-def change(model: Model, place: str, value: object) -> None:
-    """Set or (None) delete what a path such as "accessors/0/count" names."""
-    *parts, last = place.split("/")
-    owner = model.top
-    for part in parts:
-        owner = owner[int(part)] if isinstance(owner, list) else owner[part]
-    if value is None:
-        del owner[last]
-    else:
-        owner[int(last) if isinstance(owner, list) else last] = value
-
-
 ATTRIBUTES = "meshes/0/primitives/0/attributes"
 FAULTS = [
     ("asset/version", "1.0", 'asset.version must be 2.0, as of glTF of version 2, got "1.0"'),
-    ("asset/version", None, "asset.version is missing, it must be 2.0, as of glTF of version 2"),
-    (f"{ATTRIBUTES}/POSITION", None, "a primitive of splats has no attribute POSITION"),
+    (f"{ATTRIBUTES}/POSITION", ..., "a primitive of splats has no attribute POSITION"),
     (f"{ATTRIBUTES}/POSITION", 99, "attribute POSITION refers to accessors 99, which is missing"),
-    (f"{ATTRIBUTES}/POSITION", "x", 'attribute POSITION refers to accessors "x", which is missing'),
-    (f"{ATTRIBUTES}/{PREFIX}SCALE", None, "has no attribute KHR_gaussian_splatting:SCALE"),
-    (f"{ATTRIBUTES}/{PREFIX}OPACITY", None, "has no attribute KHR_gaussian_splatting:OPACITY"),
-    (f"{ATTRIBUTES}/{PREFIX}SH_DEGREE_0_COEF_0", None, "has no attribute .*:SH_DEGREE_0_COEF_0"),
-    (f"{ATTRIBUTES}/{PREFIX}SH_DEGREE_1_COEF_2", None, "must have all 3 coefficients of degree 1, got 2"),
+    (f"{ATTRIBUTES}/{PREFIX}SCALE", ..., "has no attribute KHR_gaussian_splatting:SCALE"),
+    (f"{ATTRIBUTES}/{PREFIX}SH_DEGREE_0_COEF_0", ..., "has no attribute .*:SH_DEGREE_0_COEF_0"),
+    (f"{ATTRIBUTES}/{PREFIX}SH_DEGREE_1_COEF_2", ..., "must have all 3 coefficients of degree 1, got 2"),
     (f"{ATTRIBUTES}/{PREFIX}ROTATION", 0, r"attribute .*ROTATION must have 4 numbers a splat, got 3"),
     (ATTRIBUTES, [], r"meshes\[0\]\.primitives\[0\]\.attributes must be an object, got \[\]"),
     ("accessors/0/sparse", {"count": 1}, "attribute POSITION is a sparse accessor, which is not read"),
     ("accessors/0/componentType", 5130, "attribute POSITION must be a scalar or vector of numbers, got"),
-    ("accessors/0/type", "MAT3", "attribute POSITION must be a scalar or vector of numbers"),
     ("accessors/0/count", 31, "attribute POSITION lacks 12 bytes of its buffer view"),
     ("accessors/0/count", 29, "attributes of splats must all have 29 rows, like POSITION, got 30"),
     ("accessors/0/count", 1e18, r"accessors.0.\.count must be a whole number 0 to 10{12}, got 1e\+18"),
-    ("accessors/0/count", 1e12, "attribute POSITION lacks .* bytes of its buffer view"),
-    ("accessors/0/byteOffset", -4, r"accessors.0.\.byteOffset must be a whole number 0 to 10{12}, got -4"),
-    ("accessors/0/bufferView", None, "attribute POSITION refers to bufferViews null, which is missing"),
+    ("accessors/0/bufferView", ..., "attribute POSITION refers to bufferViews null, which is missing"),
     ("bufferViews/0/byteStride", 4, "attribute POSITION has a stride of 4"),
     ("bufferViews/0/byteLength", 1e6, "buffer view 0 lacks .* bytes of its buffer"),
     ("bufferViews/0/extensions", {"EXT_meshopt_compression": {}}, "is compressed by EXT_meshopt_compression"),
     ("bufferViews/0/buffer", 1, "buffer view 0 refers to buffers 1, which is missing"),
     ("buffers/0/uri", "../a.bin", "names the file '../a.bin', which lies outside its folder"),
-    ("buffers/0/uri", "https://example.org/a.bin", "which lies outside its folder"),
     ("buffers/0/uri", "%2e%2e/a.bin", "names the file '../a.bin', which lies outside its folder"),
     ("buffers/0/uri", "none.bin", "none.bin: there is no such model"),
-    ("buffers/0/uri", "data:text/plain,hello", "buffer 0 is no base64 data URI"),
     ("buffers/0/uri", "data:;base64,a", "buffer 0 is no base64 data URI"),
     ("buffers/0/uri", 7, r"buffers\[0\]\.uri must be text, got 7"),
     ("nodes", [{"mesh": 3}], "a node refers to meshes 3, which is missing"),
@@ -280,11 +251,7 @@ FAULTS = [
     ("nodes", [{"mesh": 0, "rotation": [0, 0, 0, 0]}], "rotation of node 0 must not be zero"),
     ("nodes", [{"mesh": 0, "scale": [1, 1]}], r"nodes\[0\]\.scale must be 3 numbers, got \[1, 1\]"),
     ("nodes", [{"mesh": 0, "matrix": [1.0] * 16}], "matrix of node 0 must be affine"),
-    (
-        "nodes",
-        [{"mesh": 0, "translation": [1e300, 0, 0]}],
-        r"translation\[0\] must be a number below 1e18, got",
-    ),
+    ("nodes", [{"mesh": 0, "translation": [1e300, 0, 0]}], r"translation\[0\] must be a number below 1e18"),
     ("scenes", [{"nodes": [7]}], "a scene or node refers to nodes"),
 ]
 
@@ -294,7 +261,7 @@ def test_a_field_at_fault_is_named(tmp_path, place, value, sentence):
     model = model_of(make(30, 1))
     if place == "scenes":
         model.top["nodes"] = [{"mesh": 0}]
-    change(model, place, value)
+    model.top = changed(model.top, place, value)
     refuse_bytes(tmp_path / "a.glb", model.glb(), sentence)
 
 

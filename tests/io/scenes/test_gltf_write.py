@@ -77,9 +77,8 @@ def test_viewers_see_a_scene_upright_and_its_numbers_stay(tmp_path, up):
     scene = make(100)
     write_scene(scene, tmp_path / "a.glb", first_view=view_of(up))
     model, _ = chunks_of(tmp_path / "a.glb")
-    np.testing.assert_allclose(
-        Rotation.from_quat(model["nodes"][0]["rotation"]).apply(up), [0, 1, 0], atol=1e-12
-    )
+    turn = Rotation.from_quat(model["nodes"][0]["rotation"])
+    np.testing.assert_allclose(turn.apply(up), [0, 1, 0], atol=1e-12)
     found, notes = read_scene(tmp_path / "a.glb")
     np.testing.assert_array_equal(found.means, scene.means)
     assert notes.up is None

@@ -77,19 +77,17 @@ def test_a_turned_prim_and_a_camera_around_it_come_back_in_the_coordinates_of_th
 def stage_of_others(path, *, half=False, terms=4):
     """A stage as other programs write it: numbers of one or both sizes, a prim that is placed, +z up."""
     rng = np.random.default_rng(4)
-    columns = {
-        "Positions": rng.normal(size=(20, 3)),
-        "Orientations": rng.normal(size=(20, 4)),
-        "Scales": rng.uniform(0.01, 0.1, (20, 3)),
-        "Opacities": rng.uniform(0.1, 0.9, 20),
-        "RadianceSphericalHarmonicsCoefficients": rng.normal(size=(20 * terms, 3)) * 0.2,
-    }
+    columns = {"Positions": rng.normal(size=(20, 3)), "Orientations": rng.normal(size=(20, 4))}
+    columns |= {"Scales": rng.uniform(0.01, 0.1, (20, 3)), "Opacities": rng.uniform(0.1, 0.9, 20)}
+    columns["RadianceSphericalHarmonicsCoefficients"] = rng.normal(size=(20 * terms, 3)) * 0.2
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     prim = UsdVol.ParticleField3DGaussianSplat.Define(stage, "/World/Splats")
-    name, vec, quat, number = ("h", Vt.Vec3hArray, Gf.Quath, Vt.HalfArray) if half else (
-        "", Vt.Vec3fArray, Gf.Quatf, Vt.FloatArray
-    )  # fmt: skip
+    floats, halves = (
+        ("", Vt.Vec3fArray, Gf.Quatf, Vt.FloatArray),
+        ("h", Vt.Vec3hArray, Gf.Quath, Vt.HalfArray),
+    )
+    name, vec, quat, number = halves if half else floats
     for attribute, values in columns.items():
         stored = values.astype(np.float16 if half else np.float32)
         if attribute == "Orientations":

@@ -42,9 +42,8 @@ def test_a_dictionary_survives_writing_and_reading(path):
 
 
 def atlas(data):
-    return {
-        "dictionary": {"atlas": {"data": data if isinstance(data, str) else base64.b64encode(data).decode()}}
-    }
+    text = data if isinstance(data, str) else base64.b64encode(data).decode()
+    return {"dictionary": {"atlas": {"data": text}}}
 
 
 def png_of(width, height, data=bytes(1000)):

@@ -12,6 +12,7 @@ from brushgs.formats.packed import pack
 from brushgs.formats.styles import MAX_BYTES, read_style, write_style
 from brushgs.values.style import Style, StyleStage
 from tests.io.styles import example
+from tests.kit.changed import changed
 from tests.kit.for_each import for_each
 from tests.kit.refused import refuse, refuse_bytes
 
@@ -23,11 +24,12 @@ def path(tmp_path):
     return tmp_path / "evening.style"
 
 
-def edited(path, change, style=None):
-    """The file of a style after a change of its JSON."""
+def edited(path, changes, style=None):
+    """The file of a style after changes of its JSON, by their places."""
     write_style(style or example.painting(), path)
     value = json.loads(path.read_text())
-    change(value)
+    for place, new in changes.items():
+        value = changed(value, place, new)
     path.write_text(json.dumps(value))
     return path
 
@@ -71,73 +73,54 @@ def test_an_edit_survives_writing_and_reading(path):
 def test_an_artist_who_edits_a_hex_moves_all_colors_around_it(path):
     before = example.painting().palette
 
-    def redden(value):
-        assert value["palette"][0]["color"] == "#1f3a6b"
-        value["palette"][0]["color"] = "#8b1f2a"
-
-    after = read_style(edited(path, redden)).palette
+    assert '"#1f3a6b"' in edited(path, {}).read_text()
+    after = read_style(edited(path, {"palette/0/color": "#8b1f2a"})).palette
     shift = (np.array([0x8B, 0x1F, 0x2A]) - (0x1F, 0x3A, 0x6B)) / 255
     np.testing.assert_allclose(after.samples[:20], before.samples[:20] + shift, atol=1e-4)
     np.testing.assert_allclose(after.samples[20:], before.samples[20:], atol=1e-4)
 
 
 def test_shares_are_scaled_and_a_color_needs_no_offsets(path):
-    def change(value):
-        value["palette"][0]["share"] = 2
-        value["palette"].append({"name": "new", "color": "#FF0000", "share": 1.5})
-
-    palette = read_style(edited(path, change)).palette
+    value = json.loads(edited(path, {"palette/0/share": 2}).read_text())
+    value["palette"].append({"name": "new", "color": "#FF0000", "share": 1.5})
+    path.write_text(json.dumps(value))
+    palette = read_style(path).palette
     assert palette.colors[0].share == pytest.approx(0.5)
     assert sum(color.share for color in palette.colors) == palette.weights.sum() == pytest.approx(1)
     np.testing.assert_allclose(palette.samples[-1], [1, 0, 0])
 
 
-def _set(*keys):
-    """A change of the value at some keys; the last is the new value."""
-    *places, last, new = keys
-
-    def change(value):
-        for place in places:
-            value = value[place]
-        if new is ...:
-            del value[last]
-        else:
-            value[last] = new
-
-    return change
-
-
 BAD = [
-    (_set("brushgs", "scene"), "is no style file"),
-    (_set("version", 2), "is of version 2, and this brushgs reads up to version 1; update brushgs"),
-    (_set("version", "1"), "'version' must be 1"),
-    (_set("name", "a\x1b[31m"), "name must be text of 1 to 80 printable characters"),
-    (_set("palette", 0, "offsets", [[0, 0, 9]]), "must be finite numbers of at most 2, got 9"),
-    (_set("palette", 0, "offsets", [[0, 0, 0], [0]]), "must be an array of shape \\[any, 3\\]"),
-    (_set("palette", 0, "offsets", "shape", [20, 4]), "must be 80 numbers of 2 bytes, .* got 120 bytes"),
-    (_set("stage", "colors", pack(np.zeros((3, 600, 3)), "uint8")), "must be 2 to 512 a side"),
-    (_set("stage", "colors", [[[0, 0, -0.5]] * 2] * 2), "stage.colors must be 0 to 1, got -0.5"),
-    (_set("stage", "colors", [[[0, 0, 1.5]] * 2] * 2), "at most 1, got 1.5"),
-    (_set("stage", "directions", pack(np.zeros((6, 14, 2)), "int8")), r"shape \[6, 15, 2\], got shape"),
-    (_set("marks", "directions", [[0, 1]]), "marks.directions must be an array of shape \\[any, any, 2\\]"),
-    (_set("marks", "directions", pack(np.zeros((1, 300, 2)), "int8")), "must be at most 256 a side"),
-    (_set("marks", "brushes", 1, "data", "AAAA"), r"brushes\[1\]\.data must be a PNG of 8 bits of grey"),
+    ("brushgs", "scene", "is no style file"),
+    ("version", 2, "is of version 2, and this brushgs reads up to version 1; update brushgs"),
+    ("version", "1", "'version' must be 1"),
+    ("name", "a\x1b[31m", "name must be text of 1 to 80 printable characters"),
+    ("palette/0/offsets", [[0, 0, 9]], "must be finite numbers of at most 2, got 9"),
+    ("palette/0/offsets", [[0, 0, 0], [0]], "must be an array of shape \\[any, 3\\]"),
+    ("palette/0/offsets/shape", [20, 4], "must be 80 numbers of 2 bytes, .* got 120 bytes"),
+    ("stage/colors", pack(np.zeros((3, 600, 3)), "uint8"), "must be 2 to 512 a side"),
+    ("stage/colors", [[[0, 0, -0.5]] * 2] * 2, "stage.colors must be 0 to 1, got -0.5"),
+    ("stage/colors", [[[0, 0, 1.5]] * 2] * 2, "at most 1, got 1.5"),
+    ("stage/directions", pack(np.zeros((6, 14, 2)), "int8"), r"shape \[6, 15, 2\], got shape"),
+    ("marks/directions", [[0, 1]], "marks.directions must be an array of shape \\[any, any, 2\\]"),
+    ("marks/directions", pack(np.zeros((1, 300, 2)), "int8"), "must be at most 256 a side"),
+    ("marks/brushes/1/data", "AAAA", r"brushes\[1\]\.data must be a PNG of 8 bits of grey"),
 ]
 BAD_EDITS = [
-    (_set("edit", "affine", [[1, 0, 0]]), "edit.affine must be an array of shape \\[3, 4\\]"),
-    (_set("edit", "residual", "scale", [1, 0]), "edit.residual.scale must be numbers above 0"),
-    (_set("edit", "residual", "features", ["a"]), "edit.residual.offset must be an array of shape \\[1\\]"),
-    (_set("edit", "residual", "weights", [[1, 2, 3]]), "weights must be an array of shape \\[7, any\\]"),
-    (_set("edit", "residual", "slopes", [[[1]]]), "residual.slopes must be an array of shape \\[7, 3, 3\\]"),
+    ("edit/affine", [[1, 0, 0]], "edit.affine must be an array of shape \\[3, 4\\]"),
+    ("edit/residual/scale", [1, 0], "edit.residual.scale must be numbers above 0"),
+    ("edit/residual/features", ["a"], "edit.residual.offset must be an array of shape \\[1\\]"),
+    ("edit/residual/weights", [[1, 2, 3]], "weights must be an array of shape \\[7, any\\]"),
+    ("edit/residual/slopes", [[[1]]], "residual.slopes must be an array of shape \\[7, 3, 3\\]"),
 ]
 
 
 @for_each(
-    "change, sentence, style",
+    "place, value, sentence, style",
     [(*row, example.painting()) for row in BAD] + [(*row, example.edit()) for row in BAD_EDITS],
 )
-def test_a_wrong_field_is_named(path, change, sentence, style):
-    assert ";" in refuse(edited(path, change, style), sentence, read_style)
+def test_a_wrong_field_is_named(path, place, value, sentence, style):
+    assert ";" in refuse(edited(path, {place: value}, style), sentence, read_style)
 
 
 def test_brushes_must_be_small_and_grey(path, tmp_path):
@@ -147,7 +130,7 @@ def test_brushes_must_be_small_and_grey(path, tmp_path):
     bg.save(colored, tmp_path / "a.png")
     data = base64.b64encode((tmp_path / "a.png").read_bytes()).decode()
     with pytest.raises(SceneError, match=r"marks\.brushes\[0\]\.data .* got 4 channels in 8x8"):
-        read_style(edited(path, _set("marks", "brushes", 0, "data", data)))
+        read_style(edited(path, {"marks/brushes/0/data": data}))
     with pytest.raises(ValueError, match="at most 256 texels a side, got 1 channels in 300x150"):
         write_style(example.painting(1, side=300), tmp_path / "b.style")
 
