@@ -9,10 +9,9 @@ import io
 import json
 import struct
 import zipfile
-from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -23,7 +22,7 @@ from brushgs.formats.scenes.stored import Stored
 from brushgs.formats.styles import write_style
 from brushgs.formats.usd import is_usd_here
 from brushgs.values.camera import FirstView
-from tests.fuzz.reader import SEPARATOR
+from tests.fuzz.reader import SEPARATOR, Reader
 from tests.io import (
     camera_models,
     marks_maker,
@@ -37,28 +36,10 @@ from tests.io.moving import clips, params_maker, test_four_dgs
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 from tests.io.scenes import gltf_maker, ksplat_format, sog_maker, splat_format, spz_format
 from tests.io.styles import example
-from tests.io.test_images import palette_chunk, png, write_raw
+from tests.io.test_images import chunk, png, write_raw
 
 ENCODINGS = ("binary_little_endian", "binary_big_endian")
 DEEP = ["[" * depth + "]" * depth for depth in (400, 900, 960, 985, 5000)]
-
-
-class Seeds(NamedTuple):
-    """Whole files to damage.
-
-    Attributes:
-        reader: name of the reader that takes them, for the command line.
-        make: makes the files in a folder of its own, and returns their bytes.
-        tokens: words of the format.
-        file: name of the file that an input is written to; None for one that follows from the table.
-        others: names of files beside it, for the parts of an input after the first.
-    """
-
-    reader: str
-    make: Callable[[Path], list[bytes]]
-    tokens: Sequence[bytes] = ()
-    file: str | None = None
-    others: tuple[str, ...] = ()
 
 
 def scenes(folder: Path) -> list[bytes]:
@@ -72,8 +53,9 @@ def scenes(folder: Path) -> list[bytes]:
     widths = {"filter_3D": np.full(9, 0.1, np.float32), "label": np.arange(9, dtype=np.float32)}
     discs = {name: values for name, values in columns.items() if name != "scale_2"}
     camera = element_bytes("camera", {"a": np.arange(3.0)})
+    found = [made(scene_columns(9, degree), encoding) for degree in range(4) for encoding in ENCODINGS]
     return [
-        *(made(scene_columns(9, degree), encoding) for degree in range(4) for encoding in ENCODINGS),
+        *found,
         made(columns, types=dict.fromkeys(columns, "double")),
         made(columns, comments=["comment up axis: y"], newline="\r\n"),
         made(scene_columns(9, 1) | widths, comments=["comment antialiased 1"]),
@@ -187,10 +169,8 @@ def sog_bundles(folder: Path) -> list[bytes]:
 
 def sog_folders(folder: Path) -> list[bytes]:
     """SOG scenes as files in a folder: the checksums of an archive would hide most damage."""
-    return [
-        SEPARATOR.join(files[name] for name in ("meta.json", *SOG_PICTURES) if name in files)
-        for files in sog_scenes()
-    ]
+    names = ("meta.json", *SOG_PICTURES)
+    return [SEPARATOR.join(files[name] for name in names if name in files) for files in sog_scenes()]
 
 
 def streamed_scenes(folder: Path) -> list[bytes]:
@@ -264,11 +244,9 @@ def freetime_clips(folder: Path) -> list[bytes]:
 
 def splatv_clips(folder: Path) -> list[bytes]:
     """Clips of splaTV, whose texture is whole or ends with the last row."""
-    return [
-        clips.encode_splatv(clips.spacetime_columns(count), texwidth=width, padded=padded)
-        for count, width in ((9, 16), (40, 64))
-        for padded in (False, True)
-    ]
+    few, many = clips.spacetime_columns(9), clips.spacetime_columns(40)
+    shapes = [(columns, n, padded) for columns, n in ((few, 16), (many, 64)) for padded in (False, True)]
+    return [clips.encode_splatv(columns, texwidth=n, padded=padded) for columns, n, padded in shapes]
 
 
 def four_dgs_clips(folder: Path) -> list[bytes]:
@@ -332,10 +310,15 @@ def camera_paths(folder: Path) -> list[bytes]:
 
 
 def projects(folder: Path) -> list[bytes]:
-    """Archives of SuperSplat, and documents of theirs that msgspec decodes or refuses."""
+    """Documents of SuperSplat, and some that msgspec refuses."""
     document = json.dumps(test_cameras_editors.PROJECT).encode()
-    found = [document, document.replace(b"180", b"1e9"), b"[" * 5000]
-    return [test_cameras_editors.pack(folder, {"document.json": one}).read_bytes() for one in found]
+    return [document, document.replace(b"180", b"1e9"), b"[" * 5000]
+
+
+def packed_projects(folder: Path) -> list[bytes]:
+    """Archives of SuperSplat with these."""
+    documents = [{"document.json": one} for one in projects(folder)]
+    return [test_cameras_editors.pack(folder, one).read_bytes() for one in documents]
 
 
 def colmap_models(folder: Path, form: str) -> list[bytes]:
@@ -361,12 +344,8 @@ def manifests(folder: Path) -> list[bytes]:
     first = json.dumps({"painting": {"stroke": "swirl", "seed": 3, "path": "blake2b:0"}})
     lines = [json.dumps({"frame": i, "bytes": 1000 + i}) for i in range(5)]
     deep = "[" * 5000 + "]" * 5000
-    return [
-        "\n".join([first, *lines]).encode(),
-        first.encode(),
-        "\n".join([first, '{"frame": 1e999, "bytes": Infinity}', deep]).encode(),
-        deep.encode(),
-    ]
+    broken = [first, '{"frame": 1e999, "bytes": Infinity}', deep]
+    return ["\n".join(some).encode() for some in ([first, *lines], [first], broken, [deep])]
 
 
 def guide_lines(folder: Path) -> list[bytes]:
@@ -430,7 +409,7 @@ def pngs(folder: Path) -> list[bytes]:
     """Every kind and depth, and one that claims to be huge."""
     path, kinds = folder / "a.png", (np.uint8, np.uint16)
     found = [written(path, _pixels(n, kind)) for n in (1, 2, 3, 4) for kind in kinds]
-    found.append(png(4, 2, 1, 3, b"\0\x50\0\xa0", palette_chunk(b"\0\0\0\xff\xff\xff")))
+    found.append(png(4, 2, 1, 3, b"\0\x50\0\xa0", chunk(b"PLTE", b"\0\0\0\xff\xff\xff")))
     found.append(png(60_000, 60_000, 8, 6, b"\0" * 1000))
     found.append(png(65_536, 15, 8, 0, b"\0" * 65_537 * 15))
     return found
@@ -507,29 +486,25 @@ JSON = rb"""
     "frameRate":1e-9, "frame":0, "easing":3, "time":1e300, "focal_length_mm":1, "rotation":[0,0,0,0],
     "version":4, "camera_angle_x":1e-323 "w":1e99 "fl_x":1e-320 "camera_model":"OPENCV" \u0000
 """.split()
-SOG = (
-    *rb"""
+SOG = rb"""
     "version":2, "count":20, "files":[" "mins":[ "maxs":[ "shape":[ "codebook":[ "bands":3, "lods":{"0":
     "children":[ meta.json VP8L VP8X null
-""".split(),
-    SEPARATOR,
-    b"PK\5\6",
-)
+""".split()
+SOG += [SEPARATOR, b"PK\5\6"]
 SOG_NAMES = ("means_l", "means_u", "scales", "quats", "sh0", "shN_centroids", "shN_labels")
 SOG_PICTURES = tuple(f"{name}.webp" for name in SOG_NAMES)
+SOG_LEVEL = tuple(f"0_0/{name}" for name in ("meta.json", *SOG_PICTURES))
 GLTF = rb"""
     "count":9, "byteStride":16, "byteOffset":4, "sparse":{}, "normalized":true, "mesh":0,
     "componentType":5121, "type":"VEC3", "uri":"a.bin", "matrix":[ "scale":[0,0,0], "children":[0],
     "rotation":[ "kernel":"box", COLOR_0 lin_rec709_display 1e17
 """.split()
-GLTF_CAMERAS = (
-    *rb"""
+GLTF_CAMERAS = rb"""
     "interpolation":"CUBICSPLINE", "interpolation":"STEP", "path":"rotation", "camera":0,
     "name":"brushgs_scene", "node":0, "sampler":0, "yfov":1e-9, "aspectRatio":49, "children":[0], "matrix":[
     "scale":[0,0,0], "count":2,
-""".split(),
-    b"\0\0\x80\x7f",
-)
+""".split()
+GLTF_CAMERAS += [b"\0\0\x80\x7f"]
 USD = (
     *(b"#usda 1.0\n", b"PXR-USDC", b'def "a" {\n', b"}", b"double3 xformOp:translate = (1, 2, 3)\n", b"nan"),
     *(b".timeSamples = {\n1: 5,\n}\n", b"startTimeCode = 1e9\n", b"references = @./a.usda@\n", b"inf"),
@@ -550,95 +525,77 @@ NPZ = (
     *(b"(3, 5, 3)", b"(-1, 5, 3)", b"(99999999, 5, 3)", SEPARATOR),
 )
 
+FREETIME = *PLY, b"comment n_frames 1e9\n", b"comment min_duration nan\n", b"comment time_units s\n"
+SPLATV = b"Kg\0\0", b'"size":', b'"type":"splat"', b"[{", b"\0\x7c"
+
 # By the reader of the format; several entries of one format are fuzzed apart, equal names together.
 SCENES = {
     "PLY file": (
-        Seeds("scene", scenes, PLY),
-        Seeds("scene-text", text_scenes, PLY),
-        Seeds("scene-compressed", compressed_scenes, PLY),
+        Reader("scene", scenes, PLY),
+        Reader("scene-text", text_scenes, PLY),
+        Reader("scene-compressed", compressed_scenes, PLY),
     ),
-    "picture": (Seeds("photograph", photographs, (b"IDAT", b"\xff\xd8\xff", b"IHDR")),),
-    "SPZ scene": (Seeds("spz", spz_scenes, (b"\x1f\x8b\x08", b"NGSP", b"(\xb5/\xfd", b"\x03\0\xbe\xad")),),
-    ".splat scene": (Seeds("splat", splat_scenes),),
-    ".ksplat scene": (Seeds("ksplat", ksplat_scenes, (b"\0\1\0\0",)),),
+    "picture": (Reader("photograph", photographs, (b"IDAT", b"\xff\xd8\xff", b"IHDR")),),
+    "SPZ scene": (Reader("spz", spz_scenes, (b"\x1f\x8b\x08", b"NGSP", b"(\xb5/\xfd", b"\x03\0\xbe\xad")),),
+    ".splat scene": (Reader("splat", splat_scenes),),
+    ".ksplat scene": (Reader("ksplat", ksplat_scenes, (b"\0\1\0\0",)),),
     "SOG scene": (
-        Seeds("sog", sog_bundles, SOG),
-        Seeds("sog-folder", sog_folders, SOG, "meta.json", SOG_PICTURES),
+        Reader("sog", sog_bundles, SOG),
+        Reader("sog-folder", sog_folders, SOG, "meta.json", SOG_PICTURES),
     ),
-    "streamed SOG scene": (
-        Seeds(
-            "streamed",
-            streamed_scenes,
-            SOG,
-            "lod-meta.json",
-            tuple(f"0_0/{name}" for name in ("meta.json", *SOG_PICTURES)),
-        ),
-    ),
+    "streamed SOG scene": (Reader("streamed", streamed_scenes, SOG, "lod-meta.json", SOG_LEVEL),),
     "glTF model": (
-        Seeds("glb", lambda folder: gltf_models(folder, ".glb"), GLTF, "scene.glb"),
-        Seeds("gltf", lambda folder: gltf_models(folder, ".gltf"), GLTF, "scene.gltf"),
+        Reader("glb", lambda folder: gltf_models(folder, ".glb"), GLTF, "scene.glb"),
+        Reader("gltf", lambda folder: gltf_models(folder, ".gltf"), GLTF, "scene.gltf"),
     ),
 }
-SCENES["USD stage"] = (Seeds("usd", lambda folder: usd_stages(folder, cameras=False), USD),)
+SCENES["USD stage"] = (Reader("usd", lambda folder: usd_stages(folder, cameras=False), USD),)
 MOVING = {
-    "splaTV clip": (
-        Seeds("splatv", splatv_clips, (b"Kg\0\0", b'"size":', b'"type":"splat"', b"[{", b"\0\x7c")),
-    ),
-    "params.npz of Dynamic3DGaussians": (Seeds("npz", npz_clips, NPZ),),
-    "SpaceTimeGaussian PLY": (Seeds("spacetime", spacetime_clips, (*PLY, b"property float f_dc_3\n")),),
-    ".4dgs scene": (Seeds("4dgs", four_dgs_clips, (b"\x894DGS1\r\n", b"\xff" * 8)),),
-    "FreeTimeGS PLY": (
-        Seeds(
-            "freetime",
-            freetime_clips,
-            (*PLY, b"comment n_frames 1e9\n", b"comment min_duration nan\n", b"comment time_units s\n"),
-        ),
-    ),
+    "splaTV clip": (Reader("splatv", splatv_clips, SPLATV),),
+    "params.npz of Dynamic3DGaussians": (Reader("npz", npz_clips, NPZ),),
+    "SpaceTimeGaussian PLY": (Reader("spacetime", spacetime_clips, (*PLY, b"property float f_dc_3\n")),),
+    ".4dgs scene": (Reader("4dgs", four_dgs_clips, (b"\x894DGS1\r\n", b"\xff" * 8)),),
+    "FreeTimeGS PLY": (Reader("freetime", freetime_clips, FREETIME),),
 }
 CAMERAS = {
-    "cameras.json of a 3DGS training": (Seeds("cameras", inria_cameras, JSON),),
-    "transforms.json of NeRF and nerfstudio": (Seeds("cameras", transforms, JSON),),
-    "camera_path.json of the nerfstudio viewer": (Seeds("cameras", camera_paths, JSON),),
+    "cameras.json of a 3DGS training": (Reader("cameras", inria_cameras, JSON),),
+    "transforms.json of NeRF and nerfstudio": (Reader("cameras", transforms, JSON),),
+    "camera_path.json of the nerfstudio viewer": (Reader("cameras", camera_paths, JSON),),
     "a timeline of LichtFeld Studio": (
-        Seeds("cameras", lambda folder: [json.dumps(test_cameras_editors.TIMELINE).encode()], JSON),
+        Reader("cameras", lambda folder: [json.dumps(test_cameras_editors.TIMELINE).encode()], JSON),
     ),
     "a SuperSplat project": (
-        Seeds(
-            "cameras",
-            lambda folder: [json.dumps(test_cameras_editors.PROJECT).encode()],
-            JSON,
-            "cameras.json",
-        ),
-        Seeds("project", projects, (b"PK\1\2", b"PK\3\4", b"PK\5\6", b"document.json")),
+        Reader("cameras", lambda folder: projects(folder)[:1], JSON, "cameras.json"),
+        Reader("project", packed_projects, (b"PK\1\2", b"PK\3\4", b"PK\5\6", b"document.json")),
     ),
     "glTF (.glb, .gltf)": (
-        Seeds("glb-cameras", lambda folder: gltf_cameras(folder, ".glb"), GLTF_CAMERAS, "cameras.glb"),
-        Seeds("gltf-cameras", lambda folder: gltf_cameras(folder, ".gltf"), GLTF_CAMERAS, "cameras.gltf"),
+        Reader("glb-cameras", lambda folder: gltf_cameras(folder, ".glb"), GLTF_CAMERAS, "cameras.glb"),
+        Reader("gltf-cameras", lambda folder: gltf_cameras(folder, ".gltf"), GLTF_CAMERAS, "cameras.gltf"),
     ),
     "USD (.usd, .usda, .usdc, .usdz; needs the package usd-core)": (
-        Seeds("usd-cameras", lambda folder: usd_stages(folder, cameras=True), USD, "cameras.usd"),
+        Reader("usd-cameras", lambda folder: usd_stages(folder, cameras=True), USD, "cameras.usd"),
     ),
-    "a PLY scene predicted from a photograph": (Seeds("ply-camera", photographed, PLY, "scene.ply"),),
+    "a PLY scene predicted from a photograph": (Reader("ply-camera", photographed, PLY, "scene.ply"),),
     "a COLMAP sparse model": (
-        Seeds("colmap", lambda folder: colmap_models(folder, "bin"), COLMAP, "images.bin"),
-        Seeds("colmap-text", lambda folder: colmap_models(folder, "txt"), COLMAP, "images.txt"),
+        Reader("colmap", lambda folder: colmap_models(folder, "bin"), COLMAP, "images.bin"),
+        Reader("colmap-text", lambda folder: colmap_models(folder, "txt"), COLMAP, "images.txt"),
     ),
 }
 GUIDES = {
     "OBJ with lines, as Blender exports them": (
-        Seeds("guides", guide_lines, (b"v ", b"l ", b"-1", b"/", b"# reach ", b"nan", b"1e400", b"\r")),
+        Reader("guides", guide_lines, (b"v ", b"l ", b"-1", b"/", b"# reach ", b"nan", b"1e400", b"\r")),
     ),
     "JSON, a list of lists of points [x, y, z]": (
-        Seeds("guide-lists", guide_lists, (*JSON, b'"guides":', b'"reach":')),
+        Reader("guide-lists", guide_lists, (*JSON, b'"guides":', b'"reach":')),
     ),
 }
 # By the name of the format.
 PICTURES = {
-    "PNG": (Seeds("png", pngs, (b"IHDR", b"PLTE", b"tRNS", b"gAMA", b"iCCP", b"acTL")),),
-    "JPEG": (Seeds("jpeg", jpegs, (b"\xff\xc0", b"\xff\xc2", b"\xff\xda", b"\xff\xe1")),),
-    "TIFF": (Seeds("tiff", tiffs, TIFF),),
-    "OpenEXR": (Seeds("exr", exrs, EXR),),
-    "WebP": (Seeds("webp", webps, (b"VP8 ", b"VP8L", b"VP8X", b"ANIM", b"ANMF", b"ALPH")),),
-    "BMP": (Seeds("bmp", bmps),),
-    "Radiance HDR": (Seeds("hdr", hdrs, (b"#?RADIANCE", b"\n-Y 16 +X 16\n", b"FORMAT=")),),
+    "PNG": (Reader("png", pngs, (b"IHDR", b"PLTE", b"tRNS", b"gAMA", b"iCCP", b"acTL")),),
+    "JPEG": (Reader("jpeg", jpegs, (b"\xff\xc0", b"\xff\xc2", b"\xff\xda", b"\xff\xe1")),),
+    "TIFF": (Reader("tiff", tiffs, TIFF),),
+    "OpenEXR": (Reader("exr", exrs, EXR),),
+    "WebP": (Reader("webp", webps, (b"VP8 ", b"VP8L", b"VP8X", b"ANIM", b"ANMF", b"ALPH")),),
+    "BMP": (Reader("bmp", bmps),),
+    "Radiance HDR": (Reader("hdr", hdrs, (b"#?RADIANCE", b"\n-Y 16 +X 16\n", b"FORMAT=")),),
 }

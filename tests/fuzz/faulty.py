@@ -20,6 +20,11 @@ def _is_good(path: Path) -> bool:
     return path.read_bytes() == b"good"
 
 
+def _raise(path: Path, words: str) -> None:
+    if not _is_good(path):
+        raise ValueError(words)
+
+
 def _crash(path: Path) -> None:
     _is_good(path) or os.kill(os.getpid(), signal.SIGSEGV)
 
@@ -42,18 +47,15 @@ def _key(path: Path) -> None:
 
 
 def _nameless(path: Path) -> None:
-    if not _is_good(path):
-        raise ValueError("something is wrong")
+    _raise(path, "something is wrong")
 
 
 def _lines(path: Path) -> None:
-    if not _is_good(path):
-        raise ValueError(f"{path}: first\nsecond")
+    _raise(path, f"{path}: first\nsecond")
 
 
 def _flood(path: Path) -> None:
-    if not _is_good(path):
-        raise ValueError(f"{path}: {'x' * 5000}")
+    _raise(path, f"{path}: {'x' * 5000}")
 
 
 def _warn(path: Path) -> None:
@@ -64,7 +66,5 @@ def _nan(path: Path) -> np.ndarray:
     return np.full((2, 2), 0.5 if _is_good(path) else np.nan)
 
 
-READERS = {
-    read.__name__[1:]: Reader(read.__name__[1:], "a.dat", _seeds, read)
-    for read in (_crash, _hang, _bloat, _claim, _key, _nameless, _lines, _flood, _warn, _nan)
-}
+_BREAKS = _crash, _hang, _bloat, _claim, _key, _nameless, _lines, _flood, _warn, _nan
+READERS = {read.__name__[1:]: Reader(read.__name__[1:], _seeds, file="a.dat", read=read) for read in _BREAKS}

@@ -56,18 +56,15 @@ def _sentence_fault(sentence: str, path: Path, kind: str) -> str | None:
 def _value_fault(value: object) -> str | None:
     """A value that later steps could not trust."""
     if isinstance(value, Gaussians):
-        columns = (value.means, value.quats, value.scales, value.opacities, value.sh)
-        return (
-            None if all(np.isfinite(column).all() for column in columns) else "Gaussians that are not finite"
-        )
+        is_sound = all(np.isfinite(column).all() for column in value.columns().values())
+        return None if is_sound else "Gaussians that are not finite"
     if isinstance(value, np.ndarray):
         is_sound = np.isfinite(value).all() and value.min(initial=0) >= 0 and value.max(initial=0) <= 1
         return None if is_sound and value.size else "a picture with values outside 0 to 1, or none"
     if isinstance(value, Camera):
-        is_sound = np.isfinite(value.viewmat).all() and np.isfinite(value.K).all()
-        return (
-            None if is_sound and max(value.width, value.height) < 1 << 16 else f"an unusable camera: {value}"
-        )
+        is_sound = np.isfinite([*value.viewmat.ravel(), *value.K.ravel()]).all()
+        is_sound &= max(value.width, value.height) < 1 << 16
+        return None if is_sound else f"an unusable camera: {value}"
     if isinstance(value, list | tuple):
         return next((fault for fault in map(_value_fault, value) if fault), None)
     return None

@@ -4,22 +4,18 @@ import random
 import re
 import struct
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 MAX_LENGTH = 1 << 16  # bytes of an input: enough for every structure, small enough for a thousand a second
 PNG_START = b"\x89PNG\r\n\x1a\n"
 _NUMBER = re.compile(rb"-?[0-9]+(?:\.[0-9]*)?(?:[eE][-+]?[0-9]+)?")
-_NUMBERS = (
-    *rb"""
+_NUMBERS = rb"""
     0 -0 1 -1 255 256 65536 2147483647 4294967295 9999999999999999999 9999999999999999999999999999999999999999
     1e400 -1e400 1e-400 1e38 3.5e38 1e308 5e-324 nan NaN inf Infinity -Infinity 1,5 1_0 0x10 null true []
     {} "1"
-""".split(),
-    b"\xc2\xb2",
-)
+""".split()
+_NUMBERS += [b"\xc2\xb2"]
 _INTEGERS = (0, 1, 2, 127, 128, 255, 256, 32767, 65535, 1 << 20, (1 << 31) - 1, 1 << 31, (1 << 32) - 1)
-
-Edit = Callable[[random.Random, bytearray], None]
 
 
 def mutate(rng: random.Random, data: bytes, seeds: Sequence[bytes], tokens: Sequence[bytes]) -> bytes:
@@ -58,6 +54,11 @@ def _put(rng: random.Random, data: bytearray, piece: bytes) -> None:
     data[place : place + (len(piece) if rng.random() < 0.5 else 0)] = piece
 
 
+def _write(rng: random.Random, data: bytearray, packed: bytes) -> None:
+    place = _place(rng, data)
+    data[place : place + len(packed)] = packed
+
+
 def _flip(rng: random.Random, data: bytearray) -> None:
     if data:
         data[_place(rng, data) % len(data)] ^= 1 << rng.randrange(8)
@@ -71,16 +72,12 @@ def _byte(rng: random.Random, data: bytearray) -> None:
 def _integer(rng: random.Random, data: bytearray) -> None:
     value = rng.choice(_INTEGERS) if rng.random() < 0.8 else rng.getrandbits(64)
     width, order = rng.choice("BHIQ"), rng.choice("<>")
-    packed = struct.pack(order + width, value & ((1 << 8 * struct.calcsize(width)) - 1))
-    place = _place(rng, data)
-    data[place : place + len(packed)] = packed
+    _write(rng, data, struct.pack(order + width, value & ((1 << 8 * struct.calcsize(width)) - 1)))
 
 
 def _real(rng: random.Random, data: bytearray) -> None:
     value = rng.choice((float("nan"), float("inf"), -float("inf"), 0.0, -0.0, 1e-45, 3e38, -3e38, 88.8, 1e30))
-    packed = struct.pack(rng.choice("<>") + rng.choice("fd"), value)
-    place = _place(rng, data)
-    data[place : place + len(packed)] = packed
+    _write(rng, data, struct.pack(rng.choice("<>") + rng.choice("fd"), value))
 
 
 def _number(rng: random.Random, data: bytearray) -> None:
@@ -118,9 +115,7 @@ def _lines(rng: random.Random, data: bytearray) -> None:
     data[:] = b"".join(lines)
 
 
-_EDITS: tuple[Edit, ...] = (
-    *(_flip, _byte, _integer, _integer, _real, _number, _number, _number, _cut, _remove, _repeat, _lines),
-)
+_EDITS = _flip, _byte, _integer, _integer, _real, _number, _number, _number, _cut, _remove, _repeat, _lines
 
 
 def _edited_png(rng: random.Random, data: bytes) -> bytes:

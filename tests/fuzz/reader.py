@@ -14,19 +14,19 @@ class Reader:
 
     Attributes:
         name: what the command line calls it.
-        file: name of the file that an input is written to.
         seeds: makes whole files of this format in a folder of its own, and returns their bytes.
-        read: reads the file at a path; what it returns is judged.
         tokens: words of the format.
+        file: name of the file that an input is written to; of corpora "" where it follows from the table.
         others: names of files beside it, which the parts of an input after the first are written to.
+        read: reads the file at a path; what it returns is judged.
     """
 
     name: str
-    file: str
     seeds: Callable[[Path], list[bytes]]
-    read: Callable[[Path], object]
     tokens: Sequence[bytes] = ()
+    file: str = ""
     others: tuple[str, ...] = ()
+    read: Callable[[Path], object] = Path.read_bytes
 
     def joined(self, other: "Reader") -> "Reader":
         """This reader, fed with the seeds of another one too."""

@@ -4,6 +4,7 @@ A format that is added to a table is fuzzed as soon as `corpus` has seeds of it.
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -87,9 +88,8 @@ def _style(path: Path) -> object:
         arrays += [0.5 + style.marks.directions / 2.001, *(brush / 255 for brush in style.marks.brushes)]
     if style.edit is not None and style.edit.residual is not None:
         residual = style.edit.residual
-        arrays += [
-            abs(a / MOST) for a in (residual.centers, residual.weights, residual.offset, residual.scale)
-        ]
+        columns = residual.centers, residual.weights, residual.offset, residual.scale
+        arrays += [abs(column / MOST) for column in columns]
     return arrays
 
 
@@ -102,7 +102,7 @@ def _manifest(path: Path) -> object:
     return None
 
 
-def _readers(kind: Kind, corpora: Mapping[str, tuple[corpus.Seeds, ...]], read: Read) -> list[Reader]:
+def _readers(kind: Kind, corpora: Mapping[str, tuple[Reader, ...]], read: Read) -> list[Reader]:
     """The readers of the formats of a kind; what a package decodes is fuzzed where it is installed."""
     readers: dict[str, Reader] = {}
     for row in formats_of(kind, is_read=True):
@@ -111,7 +111,7 @@ def _readers(kind: Kind, corpora: Mapping[str, tuple[corpus.Seeds, ...]], read: 
         key, file = row.name, row.file or f"{kind}{row.suffixes[0]}"
         assert key in corpora, f"{key} has no seeds in tests/fuzz/corpus.py: every format must be fuzzed"
         for seeds in corpora[key]:
-            reader = Reader(seeds.reader, seeds.file or file, seeds.make, read, seeds.tokens, seeds.others)
+            reader = replace(seeds, file=seeds.file or file, read=read)
             readers[reader.name] = readers[reader.name].joined(reader) if reader.name in readers else reader
     return list(readers.values())
 
@@ -124,10 +124,10 @@ READERS = {
         *_readers("clip", corpus.MOVING, _clip),
         *_readers("camera", corpus.CAMERAS, _cameras),
         *_readers("guides", corpus.GUIDES, _guides),
-        Reader("npz-arrays", "arrays.npz", corpus.npz_arrays, _arrays, corpus.NPZ),
-        Reader("style", "a.style", corpus.styles, _style, corpus.STYLE),
-        Reader("marks", "a.marks", corpus.marks, _overpaint, corpus.STYLE),
-        Reader("manifest", ".%05d.png.json", corpus.manifests, _manifest, corpus.JSON),
+        Reader("npz-arrays", corpus.npz_arrays, corpus.NPZ, "arrays.npz", read=_arrays),
+        Reader("style", corpus.styles, corpus.STYLE, "a.style", read=_style),
+        Reader("marks", corpus.marks, corpus.STYLE, "a.marks", read=_overpaint),
+        Reader("manifest", corpus.manifests, corpus.JSON, ".%05d.png.json", read=_manifest),
         *PICTURE_READERS,
     )
 }

@@ -108,19 +108,11 @@ class Worker:
                 return bytes(atheris.Mutate(data, max_size))
             return mutate(random.Random(seed), bytes(data), self.seeds, self.reader.tokens)[:max_size]
 
-        flags = [
-            f"-max_len={MAX_LENGTH}",
-            f"-max_total_time={round(seconds)}",
-            f"-runs={min(max_inputs - self.done, (1 << 31) - 1)}",
-        ]
-        flags += [
-            "-rss_limit_mb=0",
-            "-timeout=3600",
-            f"-artifact_prefix={self.folder}/",
-            "-verbosity=0",
-            f"-seed={self.rng.randrange(1, 1 << 31)}",
-        ]
-        flags += [f"-handle_{name}=0" for name in ("segv", "bus", "abrt", "ill", "fpe")]
+        options = {"max_len": MAX_LENGTH, "max_total_time": round(seconds), "rss_limit_mb": 0}
+        options |= {"runs": min(max_inputs - self.done, (1 << 31) - 1), "timeout": 3600, "verbosity": 0}
+        options |= {"seed": self.rng.randrange(1, 1 << 31), "artifact_prefix": f"{self.folder}/"}
+        options |= {f"handle_{name}": 0 for name in ("segv", "bus", "abrt", "ill", "fpe")}
+        flags = [f"-{name}={value}" for name, value in options.items()]
         atheris.Setup([sys.argv[0], *flags, str(corpus)], self.read, custom_mutator=other)
         self.warm_up()
         atheris.Fuzz()

@@ -118,14 +118,9 @@ def _watch(arguments: list[str], folder: Path, state: mmap.mmap, limit: float, s
     """Run one worker to its end: "done", "hang", or how it died."""
     environment = os.environ | {"PYTHONPATH": str(_ROOT), "MALLOC_ARENA_MAX": "2"}
     with (folder / "worker.log").open("ab") as log:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "tests.fuzz.worker", *arguments],
-            stdout=log,
-            stderr=log,
-            stdin=subprocess.DEVNULL,
-            env=environment,
-            cwd=_ROOT,
-        )
+        streams = {"stdout": log, "stderr": log, "stdin": subprocess.DEVNULL}
+        command = [sys.executable, "-m", "tests.fuzz.worker", *arguments]
+        process = subprocess.Popen(command, env=environment, cwd=_ROOT, **streams)
     last_moment = time.monotonic() + seconds + limit + 30
     try:
         while (code := process.poll()) is None:
@@ -139,10 +134,8 @@ def _watch(arguments: list[str], folder: Path, state: mmap.mmap, limit: float, s
         if process.poll() is None:
             process.kill()
         process.wait()
-    if code == 0:
-        return "done"
-    if code < 0:
-        return f"died of {signal.Signals(-code).name}"
+    if code <= 0:
+        return "done" if code == 0 else f"died of {signal.Signals(-code).name}"
     return f"ended with {code}: {(folder / 'worker.log').read_text(errors='replace')[-600:]}"
 
 

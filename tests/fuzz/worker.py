@@ -26,10 +26,8 @@ def main() -> None:
         with atheris.instrument_imports(include=["brushgs"]):  # before anything else imports them
             from brushgs import formats
 
-            for name in (
-                *_USERS,
-                *(module.name for module in walk_packages(formats.__path__, "brushgs.formats.")),
-            ):
+            modules = walk_packages(formats.__path__, "brushgs.formats.")
+            for name in (*_USERS, *(module.name for module in modules)):
                 import_module(name)
     from tests.fuzz.reading import Worker
 

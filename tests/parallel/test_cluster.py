@@ -62,12 +62,10 @@ def clusters(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dask")
     scheduler = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file"]
     worker = ["--nthreads", "1", "--local-directory", str(folder), "--scheduler-file"]
-    running = {
-        "scheduler": start(folder, "scheduler", *scheduler, "firm.json"),
-        "worker": start(folder, "worker", *worker, "firm.json", "--nworkers", "2"),
-        "scheduler-frail": start(folder, "scheduler-frail", *scheduler, "frail.json"),
-        "worker-frail": start(folder, "worker-frail", *worker, "frail.json", "--no-nanny"),
-    }
+    words = {"scheduler": [*scheduler, "firm.json"], "worker": [*worker, "firm.json", "--nworkers", "2"]}
+    words["scheduler-frail"] = [*scheduler, "frail.json"]
+    words["worker-frail"] = [*worker, "frail.json", "--no-nanny"]
+    running = {name: start(folder, name, *some) for name, some in words.items()}
     yield folder, running
     for process in reversed(running.values()):
         stop(process)
@@ -107,10 +105,8 @@ def test_blocks_of_a_scene_larger_than_memory_are_summed_to_the_same_bits(addres
     path = tmp_path / "pears.ply"
     bg.save(still_life_of(3000), path)
     files, budget = open_files(path, None), Budget(1 << 20)
-    here, there = (
-        load_in_blocks(files, None, budget, SequenceConfig(scheduler=scheduler), block_rows=500)[0]
-        for scheduler in (None, address)
-    )
+    configs = SequenceConfig(), SequenceConfig(scheduler=address)
+    here, there = (load_in_blocks(files, None, budget, one, block_rows=500)[0] for one in configs)
     for name, column in here.columns().items():
         np.testing.assert_array_equal(column, getattr(there, name))
 
@@ -157,22 +153,13 @@ def test_ctrl_c_leaves_the_cluster_alive_and_empty(address, tmp_path):
     assert set(parallel_map(work.slow_process_id, range(10), scheduler=address)) == workers
 
 
-def set_version(version):
+def pretend(version):
+    """brushgs has another version, or None: is not there; what was is put back by its own."""
     import sys
 
-    sys.modules["brushgs"].__version__ = version
-
-
-def hide():
-    import sys
-
-    sys.modules["hidden"], sys.modules["brushgs"] = sys.modules["brushgs"], None
-
-
-def show():
-    import sys
-
-    sys.modules["brushgs"] = sys.modules.pop("hidden")
+    kept = sys.modules.setdefault("kept", sys.modules["brushgs"])
+    sys.modules["brushgs"] = None if version is None else kept
+    kept.__version__ = version or kept.__version__
 
 
 @for_each("where", ["worker", "scheduler"])
@@ -186,18 +173,13 @@ def test_another_version_of_brushgs_is_refused(address, watch, where):
         else:
             watch.run_on_scheduler(function, *words)
 
-    on(set_version, "0.0.9")
-    try:
-        with pytest.raises(ValueError, match=f"the {named} must have brushgs {__version__} .*, got 0.0.9"):
-            list(parallel_map(work.square, [1], scheduler=address))
-    finally:
-        on(set_version, __version__)
-    on(hide)
-    try:
-        with pytest.raises(ValueError, match=f"the {named} must have brushgs {__version__}, got none"):
-            list(parallel_map(work.square, [1], scheduler=address))
-    finally:
-        on(show)
+    for version, got in (("0.0.9", " .*, got 0.0.9"), (None, ", got none")):
+        on(pretend, version)
+        try:
+            with pytest.raises(ValueError, match=f"the {named} must have brushgs {__version__}{got}"):
+                list(parallel_map(work.square, [1], scheduler=address))
+        finally:
+            on(pretend, __version__)
 
 
 def test_python_and_dask_must_be_alike_but_for_the_last_number():
@@ -219,19 +201,16 @@ def test_losing_all_workers_and_then_the_scheduler_is_reported(clusters, monkeyp
     next(results)
     assert told == []
     os.killpg(running["worker-frail"].pid, signal.SIGKILL)
-    with pytest.raises(
-        ConnectionError,
-        match=f"{address}: the Dask scheduler has had no workers for .*: dask worker {address}",
-    ):
+    sentence = f"{address}: the Dask scheduler has had no workers for .*: dask worker {address}"
+    with pytest.raises(ConnectionError, match=sentence):
         list(results)
     cure = f"start some: dask worker {address}"
     assert told == [f"{address}: the Dask scheduler has no workers; waiting 0.2 s for one ({cure})"]
     monkeypatch.setattr(connection, "CONNECT_TIMEOUT", 1)  # it may be gone before the connection is made
     timer = threading.Timer(0.3, os.killpg, (running["scheduler-frail"].pid, signal.SIGKILL))
     timer.start()
-    with pytest.raises(
-        ConnectionError, match=f"{address}: (the connection to the|no) Dask scheduler (was lost|answers)"
-    ):
+    sentence = f"{address}: (the connection to the|no) Dask scheduler (was lost|answers)"
+    with pytest.raises(ConnectionError, match=sentence):
         list(parallel_map(work.square, [1], scheduler=address))
     timer.join()
 
@@ -280,12 +259,11 @@ def test_an_address_without_a_scheduler_gets_one_sentence(monkeypatch):
     monkeypatch.setattr(connection, "CONNECT_TIMEOUT", 0.2)
     with socket.create_server(("127.0.0.1", 0)) as silent:
         port = silent.getsockname()[1]
-        with pytest.raises(
-            ConnectionError, match=f"tcp://127.0.0.1:{port}: no Dask scheduler answers .*timed"
-        ):
-            next(parallel_map(work.square, [1], scheduler=f"tcp://127.0.0.1:{port}"))
-    with pytest.raises(ConnectionError, match=f"tcp://127.0.0.1:{port}: .* answers .Connection refused"):
-        next(parallel_map(work.square, [1], scheduler=f"tcp://127.0.0.1:{port}"))
+        address = f"tcp://127.0.0.1:{port}"
+        with pytest.raises(ConnectionError, match=f"{address}: no Dask scheduler answers .*timed"):
+            next(parallel_map(work.square, [1], scheduler=address))
+    with pytest.raises(ConnectionError, match=f"{address}: .* answers .Connection refused"):
+        next(parallel_map(work.square, [1], scheduler=address))
 
 
 def test_without_dask_the_cure_is_named_and_without_items_it_is_not_asked(monkeypatch):

@@ -75,9 +75,8 @@ def test_a_warning_of_the_work_is_issued_here():
 
 
 def test_an_item_that_always_kills_its_process_is_named():
-    with pytest.raises(
-        ChildProcessError, match=r"item 0 killed its process 3 times, the last one by SIGKILL; .*fewer jobs"
-    ):
+    sentence = r"item 0 killed its process 3 times, the last one by SIGKILL; .*fewer jobs"
+    with pytest.raises(ChildProcessError, match=sentence):
         list(parallel_map(work.die, range(3), jobs=2))
 
 
@@ -91,13 +90,8 @@ def test_processes_share_the_processors():
     [
         (ValueError, "jobs must be at least 1, got 0", {"jobs": 0}),
         (TypeError, "integer", {"jobs": 1.5}),
-        (
-            ValueError,
-            "jobs must not be given together with a scheduler, got 2",
-            {"jobs": 2, "scheduler": "tcp://a:1"},
-        ),
+        (ValueError, "must not be given together with a scheduler", {"jobs": 2, "scheduler": "tcp://a:1"}),
         (ValueError, "an address such as tcp://host:8786, got 'a:1'", {"scheduler": "a:1"}),
-        (ValueError, "an address such as tcp://host:8786, got 'tcp://a'", {"scheduler": "tcp://a"}),
         (ValueError, "an address such as tcp://host:8786, got 'tcp://a:b'", {"scheduler": "tcp://a:b"}),
     ],
 )
