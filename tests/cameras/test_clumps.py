@@ -1,7 +1,9 @@
 import numpy as np
 
+import brushgs as bg
 from brushgs.cameras.clumps import heaviest_clump
 from tests.kit.for_each import for_each
+from tests.passes.scenes import random_gaussians, replaced
 
 ONES = np.ones(1000)
 
@@ -21,3 +23,12 @@ def test_the_heaviest_of_several_clumps_is_found_along_any_axis(axis, unit):
     np.testing.assert_array_equal(heaviest_clump(unit * means, ONES), expected)
     weights = np.where(np.arange(1000) < 300, 10.0, 1.0)
     np.testing.assert_array_equal(heaviest_clump(unit * means, weights), np.arange(1000) < 300)
+
+
+def test_a_frame_holds_the_heavier_clump():
+    scene = random_gaussians(1000)
+    means = scene.means.copy()
+    means[600:] += 1e6
+    framed = bg.frame_scene(replaced(scene, means=means), width=64, height=48)
+    alone = bg.frame_scene(scene.take(slice(0, 600)), width=64, height=48)
+    np.testing.assert_allclose(framed.viewmat, alone.viewmat, atol=1e-6)

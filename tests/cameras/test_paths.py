@@ -269,3 +269,5 @@ def test_a_path_through_key_views_begins_and_ends_with_them():
     assert {(camera.width, camera.height) for camera in path.cameras} == {(64, 48)}
     assert np.allclose(path.cameras[0].viewmat, cameras[0].viewmat, rtol=0, atol=1e-9)
     assert np.allclose(path.cameras[-1].viewmat, cameras[2].viewmat, rtol=0, atol=1e-9)
+    with pytest.raises(ValueError, match="at least 2 different key views, got 1"):
+        path_through(keys[:1], None, size=(64, 48), seconds=1)

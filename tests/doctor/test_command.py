@@ -48,6 +48,7 @@ def test_what_cannot_be_examined_or_written_exits_2_by_name(ill, tmp_path, capsy
     before = ill.read_bytes()
     for words, sentence in (
         ([nothing], "no row of 3000 can be used"),
+        ([tmp_path / "none.ply"], "none.ply: there is no such file"),
         ([ill, "--fix", ill], "is the input, which is never overwritten"),
         ([ill, "--fix", tmp_path / "cured.ksplat"], "output must end in .ply"),
     ):

@@ -227,6 +227,7 @@ FAULTS = [
     (f"{ATTRIBUTES}/POSITION", ..., "a primitive of splats has no attribute POSITION"),
     (f"{ATTRIBUTES}/POSITION", 99, "attribute POSITION refers to accessors 99, which is missing"),
     (f"{ATTRIBUTES}/{PREFIX}SCALE", ..., "has no attribute KHR_gaussian_splatting:SCALE"),
+    (f"{ATTRIBUTES}/{PREFIX}OPACITY", ..., "has no attribute KHR_gaussian_splatting:OPACITY"),
     (f"{ATTRIBUTES}/{PREFIX}SH_DEGREE_0_COEF_0", ..., "has no attribute .*:SH_DEGREE_0_COEF_0"),
     (f"{ATTRIBUTES}/{PREFIX}SH_DEGREE_1_COEF_2", ..., "must have all 3 coefficients of degree 1, got 2"),
     (f"{ATTRIBUTES}/{PREFIX}ROTATION", 0, r"attribute .*ROTATION must have 4 numbers a splat, got 3"),
