@@ -29,12 +29,10 @@ def camera(rotation=None, position=(0, 0, 0), focal=50.0, near=0.01, **size):
 
 def orbit_view(angle, radius=3.0, center=(1, -2, 5), tilt=0.4):
     """A camera on a circle about the y axis through a center, looking down at it."""
-    home = turned((1, 0, 0), tilt)
-    start = camera(home, home.T @ np.array([0, 0, -radius]))
-    viewmat = start.viewmat.copy()
-    viewmat[:3, :3] = viewmat[:3, :3] @ turned((0, 1, 0), angle)
-    viewmat[:3, 3] -= viewmat[:3, :3] @ np.asarray(center, dtype=float)
-    return Camera(viewmat, start.K, **SIZE)
+    viewmat = np.eye(4)
+    viewmat[:3, :3] = turned((1, 0, 0), tilt) @ turned((0, 1, 0), angle)
+    viewmat[:3, 3] = (0, 0, radius) - viewmat[:3, :3] @ center
+    return Camera(viewmat, camera().K, **SIZE)
 
 
 def between(first, second, share):

@@ -283,52 +283,40 @@ BESIDE = np.radians(30.0)  # from the front, for comparing the two sides
 LEAN = np.radians(20.0)  # turn of first views from the front to the more detailed side
 
 
-@dataclass(frozen=True, eq=False)
-class _Around:
-    """Scores of the views around a subject."""
+AZIMUTHS = 2 * np.pi * np.arange(NUM_VIEWS) / NUM_VIEWS
 
-    azimuths: np.ndarray
-    scores: np.ndarray
-    shares: np.ndarray
 
-    def score(self, azimuth, concentration=NARROW):
-        """The score near an azimuth."""
-        return float(self._kernel(azimuth, concentration) @ self.scores)
-
-    def share(self, azimuth):
-        """The visible share near an azimuth."""
-        return float(self._kernel(azimuth, NARROW) @ self.shares)
-
-    def _kernel(self, azimuth, concentration):
-        kernel = np.exp(concentration * (np.cos(self.azimuths - azimuth) - 1))
-        return np.asarray(kernel / kernel.sum())
+def _near(values, azimuth, concentration=NARROW):
+    """The mean of values [NUM_VIEWS] of the views around, near an azimuth."""
+    kernel = np.exp(concentration * (np.cos(AZIMUTHS - azimuth) - 1))
+    return float(kernel / kernel.sum() @ values)
 
 
 def find_front(sample, up):
     """The front of a subject that stands upright along `up` [3]."""
-    around = _look_around(sample, up)
+    scores, shares = _look_around(sample, up)
     level = camera_axes(up, 0.0, 0.0)
     likeness = mirror_likeness(sample.places @ level.T, sample.weights)
     axis = np.pi * int(likeness.argmax()) / NUM_PLANES
     strength = float(likeness.max() / max(np.median(likeness), 1e-9))
-    azimuth, margin = _side(around, axis, strength)
-    more, less = (around.score(azimuth + sign * BESIDE) for sign in (1, -1))
+    azimuth, margin = _side(scores, shares, axis, strength)
+    more, less = (_near(scores, azimuth + sign * BESIDE) for sign in (1, -1))
     return wrapped(azimuth), float(LEAN if more >= less else -LEAN), margin, strength
 
 
-def _side(around, axis, strength):
+def _side(scores, shares, axis, strength):
     """The azimuth of the front and its margin, for the axis of a mirror plane of some strength."""
-    difference = around.score(axis) - around.score(axis + np.pi)
+    difference = _near(scores, axis) - _near(scores, axis + np.pi)
     azimuth, margin = (axis if difference > 0 else axis + np.pi), abs(difference)
     if strength < SYMMETRIC:
-        azimuth = float(FINE[np.argmax([around.score(fine, WIDE) for fine in FINE])])
-    shares = np.array([around.share(axis), around.share(axis + np.pi)])
-    one_sided = float(np.diff(np.log(shares[::-1] + LEAST_SHARE))[0])
+        azimuth = float(FINE[np.argmax([_near(scores, fine, WIDE) for fine in FINE])])
+    ends = np.array([_near(shares, axis), _near(shares, axis + np.pi)])
+    one_sided = float(np.diff(np.log(ends[::-1] + LEAST_SHARE))[0])
     if abs(one_sided) >= ONE_SIDED:
         azimuth, margin = (axis if one_sided > 0 else axis + np.pi), max(margin, 1.0)
-        smoothed = [around.share(view) for view in around.azimuths]
-        if shares.max() < ALONG * max(smoothed):
-            azimuth = float(around.azimuths[np.argmax(smoothed)])
+        smoothed = [_near(shares, view) for view in AZIMUTHS]
+        if ends.max() < ALONG * max(smoothed):
+            azimuth = float(AZIMUTHS[np.argmax(smoothed)])
     if margin < MARGIN and np.cos(azimuth) < -0.2:  # beyond 100 degrees from azimuth 0
         azimuth += np.pi
     return float(azimuth), float(margin)
@@ -341,7 +329,6 @@ def wrapped(angle):
 
 def _look_around(sample, up):
     """Score views around the subject by fineness, color entropy, contrast and visible share."""
-    azimuths = 2 * np.pi * np.arange(NUM_VIEWS) / NUM_VIEWS
     paint_depth, paint = Painter(depth=True), Painter()
     sizes = flat_colors(shaded(sample.gaussians, sample.shades_of_size))
 
@@ -357,9 +344,9 @@ def _look_around(sample, up):
         fineness, contrast = -shade[mask].mean(dtype=np.float64), _coarse_contrast(colors @ LUMINANCE, mask)
         return fineness, _entropy(colors[mask]), contrast, _visible_share(sample, camera, frame)
 
-    values = np.array([look(azimuth) for azimuth in azimuths])
+    values = np.array([look(azimuth) for azimuth in AZIMUTHS])
     scores = (values - values.mean(axis=0)) / np.maximum(values.std(axis=0), 1e-9)
-    return _Around(azimuths, scores @ WEIGHTS / WEIGHTS.sum(), values[:, -1])
+    return scores @ WEIGHTS / WEIGHTS.sum(), values[:, -1]
 
 
 def _entropy(colors):
