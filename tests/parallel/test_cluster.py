@@ -237,9 +237,7 @@ def lonely(tmp_path_factory):
 
 
 @for_each("words", [[], ["--quiet"], ["--json"]])
-def test_a_scheduler_without_workers_is_told_at_once_and_refused_in_the_end(
-    lonely, tmp_path, monkeypatch, capsys, words
-):
+def test_a_scheduler_without_workers_is_told_and_refused(lonely, tmp_path, monkeypatch, capsys, words):
     monkeypatch.chdir(tmp_path)
     bg.save(still_life_of(2000), "scene.ply")
     monkeypatch.setattr("brushgs.pipeline.sequence.prepare", None)  # not reached: workers are awaited first

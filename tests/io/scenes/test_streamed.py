@@ -85,10 +85,8 @@ def test_only_the_rows_that_a_leaf_names_are_read(tmp_path):
 
 
 TWICE = node(leaf({0: (0, 0, 20)}), leaf({0: (0, 10, 20)}))
-ONE_FILE = {
-    "filenames": ["0_0/meta.json", "0_0/./meta.json"],
-    "tree": node(leaf({0: (0, 0, 9)}), leaf({0: (1, 0, 9)})),
-}
+ONE_FILE = {"filenames": ["0_0/meta.json", "0_0/./meta.json"]}
+ONE_FILE["tree"] = node(leaf({0: (0, 0, 9)}), leaf({0: (1, 0, 9)}))
 
 
 @for_each(

@@ -83,11 +83,8 @@ def stage_of_others(path, *, half=False, terms=4):
     stage = Usd.Stage.CreateNew(str(path))
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.z)
     prim = UsdVol.ParticleField3DGaussianSplat.Define(stage, "/World/Splats")
-    floats, halves = (
-        ("", Vt.Vec3fArray, Gf.Quatf, Vt.FloatArray),
-        ("h", Vt.Vec3hArray, Gf.Quath, Vt.HalfArray),
-    )
-    name, vec, quat, number = halves if half else floats
+    floats = "", Vt.Vec3fArray, Gf.Quatf, Vt.FloatArray
+    name, vec, quat, number = ("h", Vt.Vec3hArray, Gf.Quath, Vt.HalfArray) if half else floats
     for attribute, values in columns.items():
         stored = values.astype(np.float16 if half else np.float32)
         if attribute == "Orientations":
