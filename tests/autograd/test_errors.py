@@ -14,7 +14,8 @@ from tests.rendering.strokes import boxes_of, bristles, softened  # noqa: E402
 from tests.rendering.test_project_backward import CAMERA, scene_of  # noqa: E402
 
 SIZE = {"width": 20, "height": 20}
-BOXES = boxes_of([[9, 9]], 4.0)
+BOXES, ONES = boxes_of([[9, 9]], 4.0), torch.ones(4, dtype=torch.float64)
+ON_META = torch.zeros(4, 4, 3, dtype=torch.float64, device="meta")
 
 
 def swapped():
@@ -23,70 +24,36 @@ def swapped():
     return boxes
 
 
+def painted(boxes):
+    return ba.rasterize(ba.Boxes.of(boxes), bristles(), **SIZE)
+
+
 def strokes(**changes):
     given = vars(scene_of(4)).items()
     columns = {name: torch.tensor(values) for name, values in given if values is not None}
     return ba.Gaussians(**{**columns, **changes})
 
 
-REFUSED = [
-    (
-        lambda: strokes(scales=torch.ones(4, 3, dtype=torch.float32)),
-        TypeError,
-        "Gaussians: scales must be float64 like means, got float32",
-    ),
-    (
-        lambda: ba.rasterize(ba.Boxes.of(BOXES), bristles(), **SIZE).over((1, 1, 1, 1)),
-        ValueError,
-        r"over: background must have shape \[3\] or \[20, 20, 3\], got \[4\]",
-    ),
-    (
-        lambda: strokes(means=np.zeros((4, 3))),
-        TypeError,
-        "Gaussians: means must be a torch tensor, got ndarray",
-    ),
-    (
-        lambda: strokes(means=torch.zeros(4, 3, dtype=torch.float16)),
-        TypeError,
-        r"Gaussians: means must be float32 or float64, got float16; call .float\(\)",
-    ),
-    (
-        lambda: strokes(sh=torch.zeros(4, 4, 3, dtype=torch.float64, device="meta")),
-        TypeError,
-        r"Gaussians: sh must be on the CPU, got meta; call .cpu\(\) on it",
-    ),
-    (
-        lambda: ba.project(scene_of(4), CAMERA),
-        TypeError,
-        "project: gaussians must be brushgs.autograd.Gaussians, got Gaussians; use G",
-    ),
-    (
-        lambda: ba.rasterize(BOXES, bristles(), **SIZE),
-        TypeError,
-        "rasterize: boxes must be brushgs.autograd.Boxes, got Boxes; use Boxes.of",
-    ),
-    (lambda: ba.rasterize(swapped(), bristles(), **SIZE), ValueError, "Boxes: depths must ascend"),
-    (lambda: ba.render(strokes(), CAMERA, 3), TypeError, "texture must be a StrokeTexture, .* got int"),
-    (
-        lambda: ba.project(strokes(opacities=torch.full((4,), 1.5, dtype=torch.float64)), CAMERA),
-        ValueError,
-        "Gaussians: opacities must lie in 0 to 1",
-    ),
-    (
-        lambda: ba.render(strokes(), CAMERA, bristles(), order="soft"),
-        ValueError,
-        "order must be \"depth\", got 'soft'; the soft order has no gradient",
-    ),
-    (
-        lambda: ba.Boxes.of(softened(BOXES, 0.1)),
-        ValueError,
-        'Boxes: boxes must have no softness here; project with order="depth"',
-    ),
+TYPES = [
+    (lambda: strokes(scales=torch.ones(4, 3)), "Gaussians: scales must be float64 like means, got float32"),
+    (lambda: strokes(means=np.zeros((4, 3))), "Gaussians: means must be a torch tensor, got ndarray"),
+    (lambda: strokes(means=torch.zeros(4, 3).half()), r"float32 or float64, got float16; call .float\(\)"),
+    (lambda: strokes(sh=ON_META), r"Gaussians: sh must be on the CPU, got meta; call .cpu\(\) on it"),
+    (lambda: ba.project(scene_of(4), CAMERA), "must be brushgs.autograd.Gaussians, got Gaussians; use G"),
+    (lambda: ba.rasterize(BOXES, bristles(), **SIZE), "brushgs.autograd.Boxes, got Boxes; use Boxes.of"),
+    (lambda: ba.render(strokes(), CAMERA, 3), "texture must be a StrokeTexture, .* got int"),
+]
+VALUES = [
+    (lambda: painted(BOXES).over([1] * 4), r"over: background must have shape .*\[20, 20, 3\], got \[4\]"),
+    (lambda: ba.rasterize(swapped(), bristles(), **SIZE), "Boxes: depths must ascend"),
+    (lambda: ba.project(strokes(opacities=1.5 * ONES), CAMERA), "Gaussians: opacities must lie in 0 to 1"),
+    (lambda: ba.render(strokes(), CAMERA, "flat", order="soft"), "'soft'; the soft order has no gradient"),
+    (lambda: painted(softened(BOXES, 0.1)), 'must have no softness here; project with order="depth"'),
 ]
 
 
-@for_each(("call", "error", "message"), REFUSED)
-def test_wrong_tensors_and_options_are_refused_by_name(call, error, message):
+@for_each("call, message, error", [(*t, TypeError) for t in TYPES] + [(*v, ValueError) for v in VALUES])
+def test_wrong_tensors_and_options_are_refused_by_name(call, message, error):
     with pytest.raises(error, match=message):
         call()
 

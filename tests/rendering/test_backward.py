@@ -23,6 +23,7 @@ from tests.rendering.strokes import (
     IMAGES,
     PATHS,
     SOLID,
+    Painting,
     assert_identical,
     boxes_of,
     bristles,
@@ -88,16 +89,15 @@ def test_gradients_are_differences_of_the_definition(words):
 def test_a_stroke_outside_whose_underpaint_reaches_in_has_its_gradient():
     boxes = replace(boxes_of([[-6.0, 8.3]], (5, 3), angles=0.4), setbacks=np.array([1.0]))
     how = {"filter": "bilinear", "underpaint": Underpaint(3.0), "width": 20, "height": 16}
-    frame = rasterize(boxes, SOLID, **how)
+    painting = Painting(boxes, SOLID, how)
+    frame = painting.frame()
     assert frame.alpha.any()
-    actual = rasterize_backward(
-        boxes, SOLID, frame, FrameGradients(np.ones_like(frame.rgb)), RasterOptions(**how)
-    )
+    v = FrameGradients(np.ones_like(frame.rgb))
+    actual = rasterize_backward(boxes, SOLID, frame, v, RasterOptions(**how))
     for name in ("centers", "half_extents", "angles", "colors", "opacities"):
 
         def loss(values, name=name):
-            moved = replace(boxes, **{name: values})
-            return float(reference.rasterize(moved, SOLID, RasterOptions(**how)).rgb.sum())
+            return float(painting._replace(boxes=replace(boxes, **{name: values})).defined().rgb.sum())
 
         numerical = central_differences(loss, getattr(boxes, name))
         assert numerical.any()
@@ -158,27 +158,21 @@ def test_gradients_by_the_coverage_of_each_brush(filter):
     g = np.random.default_rng(1)
     boxes = replace(random_boxes(5, 14, 11, sizes=(4, 9), seed=5), brushes=[0, 1, 2, 0, 1])
     coverages = [g.integers(20, 235, shape).astype(np.uint8) for shape in ((4, 6), (3, 9), (5, 1))]
-    v, how = (
-        g.standard_normal((11, 14, 3)),
-        {"filter": filter, "min_transmittance": 0.0, "width": 14, "height": 11},
-    )
+    v, how = g.normal(size=(11, 14, 3)), {"filter": filter, "min_transmittance": 0, "width": 14, "height": 11}
 
     def painted(coverages):
         brushes = BrushSet(tuple(map(StrokeTexture.from_coverage, coverages)))
         return brushes, rasterize(boxes, brushes, **how)
 
-    found = rasterize_backward(
-        boxes, *painted(coverages), FrameGradients(v), RasterOptions(**how), with_coverage=True
-    )
+    given = *painted(coverages), FrameGradients(v), RasterOptions(**how)
+    found = rasterize_backward(boxes, *given, with_coverage=True)
     for brush, coverage in enumerate(coverages):
-        expected = np.zeros(coverage.shape)
-        for texel in np.ndindex(coverage.shape):
-            ends = []
-            for step in (1, -1):
-                arrays = [array.copy() for array in coverages]
-                arrays[brush][texel] = int(coverage[texel]) + step
-                ends.append(float((v * painted(arrays)[1].rgb).sum()))
-            expected[texel] = (ends[0] - ends[1]) / (2 / 255)
+
+        def loss(values, brush=brush):
+            some = [*coverages[:brush], values.astype(np.uint8), *coverages[brush + 1 :]]
+            return float((v * painted(some)[1].rgb).sum())
+
+        expected = 255 * central_differences(loss, coverage.astype(float), step=1)
         assert expected.any()
         np.testing.assert_allclose(found.coverages[brush], expected, rtol=1e-6, atol=1e-9)
 
@@ -264,32 +258,14 @@ def test_neither_threads_nor_what_painting_kept_change_a_bit(words, dtype):
             np.testing.assert_array_equal(getattr(result, name), getattr(results[0], name), err_msg=name)
 
 
-def test_a_trace_of_other_boxes_is_refused():
-    boxes = random_boxes(5, **SIZE)
-    frame, _ = traced(boxes, bristles(), **SIZE)
+def test_a_trace_of_other_boxes_softness_and_a_kernel_without_an_image_are_refused():
+    boxes, brush = random_boxes(5, **SIZE), bristles()
+    given = rasterize(boxes, brush, **SIZE), FrameGradients(*weights()), RasterOptions(**SIZE)
     for other, size in ((boxes.take(np.s_[:4]), SIZE), (boxes, {"width": 99, "height": 23})):
-        _, trace = traced(other, bristles(), **size)
+        _, trace = traced(other, brush, **size)
         with pytest.raises(ValueError, match="trace must be of painting these boxes"):
-            rasterize_backward(
-                boxes, bristles(), frame, FrameGradients(*weights()), RasterOptions(**SIZE), trace=trace
-            )
-
-
-def test_softness_and_a_kernel_without_an_image_are_refused():
-    boxes = random_boxes(5, **SIZE)
-    frame = rasterize(boxes, bristles(), **SIZE)
-    with pytest.raises(
-        ValueError, match='rasterize_backward: boxes must have no softness; project with order="depth"'
-    ):
-        rasterize_backward(
-            softened(boxes, 0.1), bristles(), frame, FrameGradients(*weights()), RasterOptions(**SIZE)
-        )
+            rasterize_backward(boxes, brush, *given, trace=trace)
+    with pytest.raises(ValueError, match='boxes must have no softness; project with order="depth"'):
+        rasterize_backward(softened(boxes, 0.1), brush, *given)
     with pytest.raises(ValueError, match="rasterize_backward: the built-in kernel 'ellipse' has no coverage"):
-        rasterize_backward(
-            boxes,
-            texture_of("ellipse"),
-            frame,
-            FrameGradients(*weights()),
-            RasterOptions(**SIZE),
-            with_coverage=True,
-        )
+        rasterize_backward(boxes, texture_of("ellipse"), *given, with_coverage=True)

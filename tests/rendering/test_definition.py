@@ -118,19 +118,6 @@ def test_stroke_images_of_any_shape_agree(shape, filter):
     assert_same(painting.frame(), painting.defined())
 
 
-@pytest.mark.parametrize("filter", ["bilinear", "mip", "nearest"])
-def test_each_box_is_filled_as_by_its_brush_alone(filter):
-    """Boxes that do not overlap are painted one by one, each with its own stroke image."""
-    boxes, brushes, _ = painting_of("mip three", 12, 41, 23)
-    how = {"width": 41, "height": 23, "filter": filter}
-    for row in range(len(boxes)):
-        one = boxes.take([row])
-        texture = brushes.textures[one.brushes[0]]
-        assert_identical(
-            rasterize(one, brushes, **how), rasterize(replace(one, brushes=None), texture, **how)
-        )
-
-
 def test_depth_is_the_alpha_weighted_mean_of_camera_z():
     boxes = boxes_of([[4.5, 4.5]] * 2, 40, depths=[2.0, 5.0], opacities=[0.5, 0.8])
     frame = rasterize(boxes, SOLID, width=9, height=9, filter="bilinear")

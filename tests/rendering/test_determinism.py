@@ -74,14 +74,18 @@ import hashlib
 from dataclasses import fields, replace
 import numpy as np
 from brushgs import _core
+from brushgs.rendering.backward import FrameGradients, rasterize_backward
 from brushgs.rendering.light import light
 from brushgs.rendering.project import project
+from brushgs.rendering.rasterize import RasterOptions
 from brushgs.rendering.track import track_directions
 from brushgs.rendering.track_moving import track_moving
 from tests.rendering import test_track, test_track_moving
-from tests.rendering.strokes import relieved, set_back
-from tests.rendering.test_determinism import ALL_PATHS, frame_of
+from tests.rendering.strokes import PATHS, relieved, set_back
+from tests.rendering.test_backward import weights
+from tests.rendering.test_determinism import ALL_PATHS, drawn, frame_of
 from tests.rendering.test_project import FRONT, random_scene
+from tests.rendering.test_project_backward import backward, directions, scene_of
 from tests.rendering.test_soft_crowds import LOOKS, crowd, painted
 
 def tell(name, *arrays):
@@ -98,6 +102,14 @@ for dtype in (np.float32, np.float64):
         tell(f"{path} {dtype}", *columns(frame))
         if frame.height is not None:
             tell(f"{path} {dtype} lit", light(frame.rgb, frame.height, alpha=frame.alpha))
+    for path, (kind, _) in PATHS.items():
+        (boxes, texture, how), v = drawn(path, dtype, 400), FrameGradients(*weights(dtype, (97, 201)))
+        frame, is_image = frame_of(path, dtype, n=400), kind == "image"
+        found = rasterize_backward(boxes, texture, frame, v, RasterOptions(**how), with_coverage=is_image)
+        tell(f"gradients {path} {dtype}", *columns(found), *(found.coverages or ()))
+    for name, lock in (("off", "off"), ("anchor", "anchor"), ("given", directions(500))):
+        found = backward(scene_of(500, 3, dtype=dtype), lock=lock, fade=True)
+        tell(f"gradients {name} {dtype}", *columns(found))
     for look, options in LOOKS.items():
         boxes = crowd(300, opacities=(0.01, 0.4), softness=(0.1, 1), dtype=dtype)
         tell(f"crowd {look} {dtype}", *columns(painted(relieved(set_back(boxes, 0.5)), **options)))
@@ -118,7 +130,7 @@ for dtype in (np.float32, np.float64):
 
 
 def test_every_instruction_set_gives_the_same_bits():
-    """No multiply-add is fused anywhere: all of them round alike."""
+    """No multiply-add is fused anywhere, and lanes are added in one order, however many a vector has."""
     if _core.isas() == ["baseline"]:
         pytest.skip("the core has one instruction set only, or this processor has")
     told = {}

@@ -57,24 +57,15 @@ def test_fragments_are_those_of_the_definition(look, softness, is_tested):
     boxes = set_back(random_boxes(50, 33, 17, sizes=(0.3, 40)), 1.0)
     boxes = boxes if softness is None else softened(boxes, softness)
     test = depth_test_of(boxes, 33, 17) if is_tested else None
-    for path, (kind, filter) in PATHS.items():
-        if path != "mip" and look != "plain":
-            continue
+    paths = {name: (boxes, texture_of(kind), filter) for name, (kind, filter) in PATHS.items()}
+    paths["three"] = with_brushes(boxes), BRUSHES["three"], "mip"
+    for path in paths if look == "plain" else ("mip", "three"):
+        boxes, texture, filter = paths[path]
         options = {"filter": filter} | LOOKS[look]
-        fragments = found_in(boxes, texture_of(kind), 33, 17, test, **options)
-        expected = reference.fragments(
-            boxes, texture_of(kind), RasterOptions(height=17, width=33, in_front_of=test, **options)
-        )
+        fragments = found_in(boxes, texture, 33, 17, test, **options)
+        how = RasterOptions(height=17, width=33, in_front_of=test, **options)
         assert len(fragments) > 150
-        assert_as_defined(fragments, expected)
-
-
-@for_each("softness", [None, 0.3])
-def test_fragments_of_several_brushes_are_those_of_the_definition(softness):
-    boxes = with_brushes(random_boxes(150, 41, 23, sizes=(0.3, 40)))
-    boxes = boxes if softness is None else softened(boxes, softness)
-    expected = reference.fragments(boxes, BRUSHES["three"], RasterOptions(height=23, width=41))
-    assert_as_defined(found_in(boxes, BRUSHES["three"], 41, 23), expected)
+        assert_as_defined(fragments, reference.fragments(boxes, texture, how))
 
 
 @for_each("dtype", [np.float32, np.float64])

@@ -46,12 +46,8 @@ def test_kernel_agrees_with_the_definition(size, blur, lamp):
         expected = reference.light(rgb, height, lamp, alpha=of, blur=blur)
         actual = light(rgb, height, lamp, alpha=of, blur=blur)
         np.testing.assert_allclose(actual, expected, rtol=1e-9, atol=1e-12)
-        single = light(
-            *(a.astype(np.float32) for a in (rgb, height)),
-            lamp,
-            alpha=None if of is None else of.astype(np.float32),
-            blur=blur,
-        )
+        single_of = None if of is None else of.astype(np.float32)
+        single = light(rgb.astype(np.float32), height.astype(np.float32), lamp, alpha=single_of, blur=blur)
         assert single.dtype == np.float32
         np.testing.assert_allclose(single, expected, atol=2e-5)
 

@@ -21,45 +21,18 @@ from tests.rendering.strokes import (
     BRUSHES,
     CAMERA,
     SOLID,
-    UNDERPAINT,
     assert_identical,
     assert_same,
     boxes_of,
     bristles,
     painting_of,
-    random_boxes,
     scene_of,
-    set_back,
     softened,
     texture_of,
     with_brushes,
 )
 
 # Underpaint
-
-
-def test_it_is_as_if_soft_kernels_lay_among_the_strokes():
-    """The same boxes one by one, stroke or kernel, blended here."""
-    boxes = set_back(random_boxes(30, 24, 20, seed=7, sizes=(4, 20)), 2.0)
-    frame = rasterize(boxes, SOLID, width=24, height=20, filter="bilinear", underpaint=UNDERPAINT)
-    behind = replace(
-        boxes,
-        half_extents=boxes.half_extents * UNDERPAINT.reach,
-        opacities=boxes.opacities * UNDERPAINT.opacity,
-        setbacks=None,
-    )
-    order = sorted((boxes.depths[i] + k * boxes.setbacks[i], k, i) for k in (0, 1) for i in range(30))
-    light, rgb = np.ones((20, 24)), np.zeros((20, 24, 3))
-    is_open = np.ones((20, 24), bool)
-    for _, k, i in order:
-        one, texture = (behind, StrokeTexture.open("gaussian")) if k else (boxes, SOLID)
-        alpha = rasterize(one.take([i]), texture, width=24, height=20, filter="bilinear").alpha
-        is_open &= ~((alpha > 0) & (light * (1 - alpha) < 1e-4 * (1 - 1e-5)))
-        alpha = np.where(is_open, alpha, 0)
-        rgb += (light * alpha)[..., None] * boxes.colors[i]
-        light *= 1 - alpha
-    np.testing.assert_allclose(frame.rgb, rgb, rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(frame.alpha, 1 - light, rtol=1e-9, atol=1e-12)
 
 
 def test_underpaint_lies_behind_its_stroke_and_behind_strokes_before_it():
