@@ -12,10 +12,9 @@ import brushgs as bg  # noqa: E402
 import brushgs.autograd as ba  # noqa: E402
 from brushgs.cameras.framing import frame_scene, up_vector  # noqa: E402
 from brushgs.rendering.backward import GAUSSIAN_COLUMNS  # noqa: E402
-from tests.kit.for_each import for_each  # noqa: E402
+from tests.kit import for_each, real_scene  # noqa: E402
 from tests.rendering.strokes import bristles  # noqa: E402
 from tests.rendering.test_project_backward import CAMERA, scene_of  # noqa: E402
-from tests.scenes import real_scene  # noqa: E402
 
 TEXTURES = {"image": bristles(), "gaussian": bg.StrokeTexture.open("gaussian")}
 

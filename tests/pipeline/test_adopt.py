@@ -5,13 +5,12 @@ import zipfile
 import numpy as np
 import pytest
 
+import brushgs as bg
 from brushgs.cli import main
-from brushgs.errors import SceneError
 from brushgs.formats.marks import read_marks
 from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.formats.pictures.layered import read_layer
 from brushgs.outlets.adopt import paint_over
-from brushgs.values.frame import Frame
 from tests.kit.regions import iou
 from tests.scenes import save_upright, still_life_of
 
@@ -27,7 +26,7 @@ def folder(tmp_path_factory):
     run(folder, "render", "scene.ply", *VIEW, "--strokes", "300", "-o", "frame.png", "--sidecar")
     alpha = np.zeros((240, 320), np.float32)
     alpha[80:160, 120:200] = 1
-    write_frame(Frame(alpha[..., None] * RED, alpha), folder / "layer.png")
+    write_frame(bg.Frame(alpha[..., None] * RED, alpha), folder / "layer.png")
     run(folder, "adopt", "layer.png", "--on", "frame.png", "scene.ply", "-o", "scene.marks", "--quiet")
     return folder
 
@@ -60,7 +59,7 @@ def test_what_is_not_painted_over_stays_as_it_was(folder):
 def test_a_frame_painted_over_gives_the_same_marks(folder):
     frame = read_image(folder / "frame.png")[..., :3].copy()
     frame[80:160, 120:200] = RED
-    write_frame(Frame(frame, np.ones(frame.shape[:2], np.float32)), folder / "over.png")
+    write_frame(bg.Frame(frame, np.ones(frame.shape[:2], np.float32)), folder / "over.png")
     run(folder, "adopt", "over.png", "--on", "frame.png", "scene.ply", "-o", "over.marks", "--quiet")
     first, second = (read_marks(folder / name).marks for name in ("scene.marks", "over.marks"))
     np.testing.assert_allclose(first.means, second.means, atol=0.05)
@@ -85,9 +84,7 @@ def test_pages_and_models_hold_strokes_for_marks(folder, name):
 
 
 def test_erased_surfaces_stay_unpainted_whatever_the_count(folder):
-    write_frame(
-        Frame(np.zeros((240, 320, 3), np.float32), np.zeros((240, 320), np.float32)), folder / "no.png"
-    )
+    write_frame(bg.Frame(np.zeros((240, 320, 3)), np.zeros((240, 320))), folder / "no.png")
     words = ("no.png", "--on", "frame.png", "scene.ply", "--erase", "layer.png", "-o", "erased.marks")
     run(folder, "adopt", *words, "--quiet")
     region = np.s_[100:140, 140:180]
@@ -107,7 +104,7 @@ def test_layers_of_an_openraster_file_paint_and_erase(folder):
         <layer name="marks" src="data/m.png" x="0" y="0" opacity="0.5"/>
     </stack></image>"""
     small = np.ones((40, 60), np.float32)
-    write_frame(Frame(small[..., None] * RED, small), folder / "small.png")
+    write_frame(bg.Frame(small[..., None] * RED, small), folder / "small.png")
     with zipfile.ZipFile(folder / "layer.ora", "w") as archive:
         archive.writestr("mimetype", "image/openraster")
         archive.writestr("stack.xml", stack)
@@ -123,7 +120,7 @@ def test_layers_of_an_openraster_file_paint_and_erase(folder):
     assert len(found.marks) > 0
     assert len(found.erased) > 0
     (folder / "bad.ora").write_bytes((folder / "layer.ora").read_bytes()[:300])
-    with pytest.raises(SceneError, match="damaged zip archive"):
+    with pytest.raises(bg.SceneError, match="damaged zip archive"):
         read_layer(folder / "bad.ora", "marks")
 
 
@@ -140,7 +137,7 @@ def test_pictures_that_cannot_be_adopted_are_refused(folder, name, capsys):
     for file, shape in (("tall.png", (320, 240)), ("empty.png", (240, 320)), ("lost.png", (240, 320))):
         alpha = np.zeros(shape, np.float32)
         alpha[:9, :9] = file != "empty.png"
-        write_frame(Frame(alpha[..., None] * RED, alpha), folder / file)
+        write_frame(bg.Frame(alpha[..., None] * RED, alpha), folder / file)
     words, sentence = BAD[name]
     given = [str(folder / word) if word.endswith(".png") else word for word in words]
     assert main(["adopt", *given, str(folder / "scene.ply"), "-o", str(folder / "bad.marks"), "--quiet"]) == 2

@@ -1,5 +1,7 @@
 """Paint over one moment of a moving scene moves with what it lies on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -33,9 +35,8 @@ def test_patches_take_the_motion_of_what_is_around_them():
     before, after = scene.at(T1), scene.at(T2)
     marks = example().marks
     on_body, on_wall = before.means[NUM_WALL:].mean(axis=0), before.means[:NUM_WALL].mean(axis=0)
-    overpaint = Overpaint(
-        marks.__class__(**vars(marks) | {"means": np.array([on_body, on_wall], np.float64)}), time=T1
-    )
+    means = np.array([on_body, on_wall], np.float64)
+    overpaint = Overpaint(replace(marks, means=means), time=T1)
     found = carried(overpaint, before, after).marks
     np.testing.assert_allclose(found.means[0], body_at(on_body, T1, T2), atol=2e-3)
     np.testing.assert_allclose(found.means[1], on_wall, atol=1e-6)

@@ -16,8 +16,7 @@ from brushgs.outlets.passes import cluster_file, prune_file
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_file
 from tests.brushes.test_kit import FLATS, write_brushes
-from tests.kit.commands import stages
-from tests.kit.configs import BLIND, without_look
+from tests.kit import BLIND, stages, without_look
 
 
 def config(stroke="impasto", **steps):

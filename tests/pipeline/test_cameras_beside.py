@@ -15,26 +15,13 @@ from brushgs.pipeline.views import choose_first_view
 from brushgs.pipeline.views_sheet import plan_sheet
 from tests.first_view.scenes import about, moved, statue
 from tests.first_view.test_photographed import moved_cameras, photographs
-from tests.kit.commands import run
-from tests.kit.for_each import for_each
-from tests.scenes import save_upright
+from tests.kit import for_each, run, save_upright, write_cameras
 
 ON_SIDE = about((1, 0, 0), -90.0)  # of the statue: then +z is up
 FEW = slice(None, None, 8)  # of its Gaussians: enough for a view
 TAKEN = (
     "up and first view from cameras.json beside the scene (40 cameras); --camera-file none switches it off"
 )
-
-
-def write_cameras(path, cameras):
-    """The `cameras.json` of a 3DGS training."""
-    entries = [
-        {"width": camera.width, "height": camera.height, "fx": camera.K[0, 0], "fy": camera.K[1, 1]}
-        | {"position": camera.position.tolist(), "rotation": camera.viewmat[:3, :3].T.tolist()}
-        for camera in cameras
-    ]
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(entries))
 
 
 @pytest.fixture

@@ -17,8 +17,7 @@ from brushgs.pipeline.report import Report
 from brushgs.rendering.options import RenderOptions
 from brushgs.still_life import still_life_camera
 from brushgs.values.sh import C0, base_colors, seen_from, sh_basis
-from tests.kit.configs import blind
-from tests.scenes import still_life_of
+from tests.kit import blind, still_life_of
 
 SIZE = 240, 180
 SCENE = still_life_of(4000)
@@ -39,27 +38,15 @@ def picture(drawn):
     return drawn.painting.frame(CAMERA)
 
 
-def coat(drawn, name):
-    return next(one for one in drawn.painting.coats if one.name == name)
-
-
 def correlation(picture):
     """Of squinted L* of a picture and of the plain picture, over the subject."""
     plain = bg.plain_views(SCENE, [CAMERA]).frames[0]
     subject = plain.alpha > 0.5
     weight = np.maximum(squinted(subject.astype(float)), 1e-9)
-    lights = (
-        Squint.of(rgb, plain.alpha).lab[..., 0]
-        for rgb in (np.clip(plain.straight_colors(), 0, 1), picture.rgb)
-    )
+    shown = np.clip(plain.straight_colors(), 0, 1), picture.rgb
+    lights = (Squint.of(rgb, plain.alpha).lab[..., 0] for rgb in shown)
     pairs = [squinted(subject * light)[subject] / weight[subject] for light in lights]
     return np.corrcoef(*pairs)[0, 1]
-
-
-def test_the_picture_has_the_range_of_a_drawing_and_the_masses_of_the_scene(picture):
-    """Here 0.85, with few strokes; of captured scenes 0.91 to 0.99."""
-    assert Squint.of(picture.rgb, bg.plain_views(SCENE, [CAMERA]).frames[0].alpha).range >= 40
-    assert correlation(picture) >= 0.82
 
 
 def test_masses_are_those_of_colors_as_the_view_shows_them():
@@ -71,17 +58,6 @@ def test_masses_are_those_of_colors_as_the_view_shows_them():
     sh[:, 1:] = (colors - 0.5)[:, None] * (basis / (basis**2).sum(axis=1, keepdims=True))[:, :, None]
     shiny = prepare(replace(SCENE, sh=sh), config_of(), Report(), views=CAMERA)
     assert correlation(shiny.painting.frame(CAMERA)) >= 0.6
-
-
-def test_masses_have_four_values_in_the_shares_of_the_view(drawn):
-    masses = coat(drawn, "masses")
-    light = base_colors(masses.strokes.sh)[:, 0]
-    values = np.sort(masses.effect.values)
-    assert len(values) == 4
-    paper, black = masses.effect.paper[0], masses.effect.black[0]
-    shares = (light - paper) / (black - paper)
-    nearest = np.abs(shares[:, None] - values).argmin(axis=1)
-    assert set(nearest) == {0, 1, 2, 3}
 
 
 def test_lights_are_taken_out_and_chalk_lies_on_toned_paper_alone(drawn):
@@ -126,6 +102,5 @@ def test_a_lamp_leaves_the_scene_as_many_of_its_values_as_they_are_to_keep():
         held = Motif.of(views, key, 1).held(lit, plain, weight)
         assert least < np.corrcoef(held.ravel(), plain.ravel())[0, 1] < least + 0.02
         np.testing.assert_allclose([held.mean(), held.std()], [lit.mean(), lit.std()])
-    np.testing.assert_array_equal(
-        Motif.of(views, 0.35, 1).held(plain + 1e-3 * lit, plain, weight), plain + 1e-3 * lit
-    )
+    near = plain + 1e-3 * lit
+    np.testing.assert_array_equal(Motif.of(views, 0.35, 1).held(near, plain, weight), near)

@@ -12,24 +12,16 @@ from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint
 from tests.doctor.scenes import ball
-from tests.kit.commands import stages
-from tests.kit.configs import changed, without_look
-from tests.kit.for_each import for_each
+from tests.kit import changed, for_each, stages, without_look
 from tests.passes.reduce.test_floaters import blobs, joined
 
 DIRTY = joined(ball(), blobs([(0, 2.5, 0), (2.5, 0, 0)], 0.1))
-OPAQUE = replace(
-    ball(), scales=ball().scales * np.float32(2), opacities=np.full(len(ball()), 0.99, np.float32)
-)
+OPAQUE = replace(ball(), scales=2 * ball().scales, opacities=np.full(len(ball()), 0.99, np.float32))
 ASIDE = replace(OPAQUE, means=OPAQUE.means + np.float32([9, 0, 0]))
 TWO = joined(OPAQUE, ASIDE)
 CAMERA = bg.Camera.look_at((0, 0, -4), (0, 0, 0), width=96, height=72)  # sees one of the two
 PAINT = without_look("flat", 200, (96, 72))
 FOR_VIEW = changed(PAINT, cluster={"strokes_for": "view"})
-
-
-def stage(report, name):
-    return stages(report)[name]
 
 
 @for_each(("floaters", "dropped"), [("off", 0), ("sure", 2)])
@@ -38,7 +30,7 @@ def test_floaters_are_dropped_before_the_view_is_framed(floaters, dropped):
     config = changed(PAINT, clean={"floaters": floaters})
     prepared = prepare(DIRTY, config, report, asks=(*PICTURE, "scene"))
     assert len(DIRTY) - len(prepared.whole_scene) == dropped
-    assert stage(report, "clean").counts["after"] == len(DIRTY) - dropped
+    assert stages(report)["clean"].counts["after"] == len(DIRTY) - dropped
     if dropped:
         clean = prepare(ball(), config, Report())
         np.testing.assert_array_equal(prepared.camera.viewmat, clean.camera.viewmat)
@@ -48,14 +40,14 @@ def test_strokes_are_not_searched_for_floaters(tmp_path):
     write_scene(DIRTY, tmp_path / "strokes.ply", is_strokes=True)
     report, whole = Report(), changed(PAINT, cluster={"strokes": None})
     assert len(prepare(tmp_path / "strokes.ply", whole, report).strokes) == len(DIRTY)
-    assert "they are strokes already" in stage(report, "clean").skipped[0]
+    assert "they are strokes already" in stages(report)["clean"].skipped[0]
 
 
 def test_the_report_says_where_strong_would_help():
     near = blobs((0, 0, 1.1), 0.02)
     report = Report()
     prepare(joined(ball(), near), PAINT, report)
-    assert "1 more may be floaters: --clean strong drops them too" in stage(report, "clean").did
+    assert "1 more may be floaters: --clean strong drops them too" in stages(report)["clean"].did
 
 
 def test_all_strokes_are_spent_where_the_camera_looks():
@@ -63,8 +55,8 @@ def test_all_strokes_are_spent_where_the_camera_looks():
     prepared = prepare(TWO, FOR_VIEW, report, views=CAMERA)
     assert (prepared.strokes.means[:, 0] < 4).all()
     assert (prepared.strokes.means[:, 2] < 0.3).all()  # the back of the ball is hidden
-    assert stage(report, "seen").counts["after"] < len(ball())
-    assert stage(report, "prune").skipped == ["pruning: what is not seen is dropped already"]
+    assert stages(report)["seen"].counts["after"] < len(ball())
+    assert stages(report)["prune"].skipped == ["pruning: what is not seen is dropped already"]
     plain_report = Report()
     both = prepare(TWO, PAINT, plain_report, views=CAMERA)
     assert "seen" not in [stage.name for stage in plain_report.stages]
@@ -76,13 +68,13 @@ def test_the_report_says_when_most_strokes_lie_outside():
     for config, says in ((PAINT, True), (FOR_VIEW, False)):
         report = Report()
         paint(TWO, config, camera=far, report=report)
-        assert ("--strokes-for view" in stage(report, "project").did) == says
+        assert ("--strokes-for view" in stages(report)["project"].did) == says
 
 
 def test_along_a_path_what_any_of_its_views_sees_is_kept():
     report = Report()
     prepared = prepare(ball(), FOR_VIEW, report, views=PathConfig(orbit=48))
-    assert stage(report, "seen").counts["views"] == 24
+    assert stages(report)["seen"].counts["views"] == 24
     assert (prepared.strokes.means[:, 2] > 0.5).any()
     assert (prepared.strokes.means[:, 2] < -0.5).any()
 
@@ -92,4 +84,4 @@ def test_a_view_that_sees_nothing_keeps_everything():
     report = Report()
     with pytest.warns(bg.SceneWarning, match="no stroke is in the picture"):
         paint(ball(), FOR_VIEW, camera=away, report=report)
-    assert stage(report, "seen").counts["after"] == len(ball())
+    assert stages(report)["seen"].counts["after"] == len(ball())

@@ -5,18 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.options.clip import ClipConfig
-from brushgs.options.moment import Moment
+import brushgs as bg
 from brushgs.pipeline.clip import Clip
-from brushgs.values.moving import MovingScene
 from tests.kit.for_each import for_each
 
 SECONDS = 2.0
 
 
 def film(fps=None, num_frames=None, *, duration=SECONDS, **options):
-    scene = MovingScene(duration, has_rows=True, sample=lambda time: None)
-    return Clip(scene, ClipConfig(**options)).film(fps=fps, num_frames=num_frames)
+    scene = bg.MovingScene(duration, has_rows=True, sample=lambda time: None)
+    return Clip(scene, bg.ClipConfig(**options)).film(fps=fps, num_frames=num_frames)
 
 
 def test_a_film_shows_all_of_the_scene_at_a_rate_and_a_speed_or_a_part_of_it():
@@ -28,9 +26,9 @@ def test_a_film_shows_all_of_the_scene_at_a_rate_and_a_speed_or_a_part_of_it():
     np.testing.assert_allclose(film(fps=10).times, np.arange(21) / 10)
     np.testing.assert_allclose(film(fps=10, speed=2).times, np.arange(11) / 5)
     np.testing.assert_allclose(film(speed=0.5).times, np.arange(121) / 60)
-    part = film(fps=10, start=Moment(0.5), end=Moment(0.5, is_share=True))
+    part = film(fps=10, start=bg.Moment(0.5), end=bg.Moment(0.5, is_share=True))
     np.testing.assert_allclose(part.times, [0.5, 0.6, 0.7, 0.8, 0.9, 1.0])
-    assert film(start=Moment(1), end=Moment(1)).times.tolist() == [1.0]
+    assert film(start=bg.Moment(1), end=bg.Moment(1)).times.tolist() == [1.0]
     # A camera path decides how many frames there are.
     longer = film(fps=10, num_frames=30)
     assert longer.times[20:].tolist() == [2.0] * 10, "the scene rests at its end"
@@ -76,8 +74,8 @@ def test_runs_hold_every_frame_and_have_no_jump(options, num_frames):
 def held(num=10, rate=24.0, num_frames=None, **options):
     """The film of numbered files, the last of which is shown as long as any other; times in moments."""
     times = np.arange(num) / rate
-    scene = MovingScene(num / rate, has_rows=False, sample=lambda time: None, times=times)
-    shown = Clip(scene, ClipConfig(**options)).film(num_frames=num_frames)
+    scene = bg.MovingScene(num / rate, has_rows=False, sample=lambda time: None, times=times)
+    shown = Clip(scene, bg.ClipConfig(**options)).film(num_frames=num_frames)
     return replace(shown, times=shown.times * rate, others=shown.others * rate)
 
 
@@ -94,15 +92,15 @@ def test_numbered_files_turn_at_the_last_moment_without_a_rest():
     loop = held(fps=24, loop=True)
     np.testing.assert_allclose(loop.times, [*range(10), *range(8, 0, -1)])
     assert loop.is_loop
-    assert held(fps=24, loop=True, start=Moment(0.95, is_share=True)).times.tolist() == [9.5]
+    assert held(fps=24, loop=True, start=bg.Moment(0.95, is_share=True)).times.tolist() == [9.5]
 
 
 @for_each(
     ("options", "message"),
     [
-        ({"start": Moment(3)}, "start must be in the 2 s of the scene, got 3 s"),
-        ({"end": Moment(2.5)}, "end must be in the 2 s of the scene, got 2.5 s"),
-        ({"start": Moment(1), "end": Moment(0.5)}, "end must not be before start, got 0.5 s and 1 s"),
+        ({"start": bg.Moment(3)}, "start must be in the 2 s of the scene, got 3 s"),
+        ({"end": bg.Moment(2.5)}, "end must be in the 2 s of the scene, got 2.5 s"),
+        ({"start": bg.Moment(1), "end": bg.Moment(0.5)}, "end must not be before start, got 0.5 s and 1 s"),
         ({"speed": 1e-4}, "at most 99,999 can be painted; show less of it, --end"),
         ({"loop": True, "cross_fade": 1.5}, "cross-fade must be at most half of the 2 s shown, got 1.5 s"),
         ({"loop": True, "cross_fade": 0}, "cross-fade must be above 0 seconds, got 0"),

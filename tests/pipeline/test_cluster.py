@@ -8,9 +8,8 @@ import pytest
 import brushgs as bg
 from brushgs.passes.reduce import cluster as passes
 from brushgs.still_life import still_life_camera
-from tests.kit.for_each import for_each
+from tests.kit import for_each, still_life_of
 from tests.passes.scenes import assert_same
-from tests.scenes import still_life_of
 
 VIEW = still_life_camera(width=120, height=90)
 

@@ -1,6 +1,5 @@
 """Composed stills: said in the report, given again by its flags, and the same for the strokes of a scene."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -15,11 +14,8 @@ from brushgs.outlets.passes import cluster_file
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_file
-from brushgs.values.gaussians import Gaussians
-from tests.kit.commands import stages
-from tests.kit.configs import BLIND, changed, without_look
+from tests.kit import BLIND, changed, save_upright, stages, without_look, write_cameras
 from tests.passes.reduce.test_crumbs import block, smears
-from tests.scenes import save_upright
 
 CONFIG = changed(without_look("ellipse", 200, "auto", strokes=BLIND), draw={"threads": 1})
 
@@ -27,7 +23,7 @@ CONFIG = changed(without_look("ellipse", 200, "auto", strokes=BLIND), draw={"thr
 @pytest.fixture(scope="module")
 def statue(tmp_path_factory):
     """A tall box with smears below it, upright for the header of the file, which says -y."""
-    scene = Gaussians.joined([block(), smears()])
+    scene = bg.Gaussians.joined([block(), smears()])
     means = scene.means[:, [0, 2, 1]] * np.array([0.6, -2, 0.6], np.float32)
     scales = scene.scales[:, [0, 2, 1]] * np.array([0.6, 2, 0.6], np.float32)
     path = tmp_path_factory.mktemp("composed") / "statue.ply"
@@ -73,8 +69,5 @@ def test_films_and_given_cameras_keep_their_sizes(statue, tmp_path):
     assert {(camera.width, camera.height) for camera in film.cameras} == {(1280, 720)}
     camera = bg.Camera.look_at((0, -1.5, -6), (0, -1.5, 0), width=40, height=30)
     assert prepare(statue, CONFIG, Report(), views=camera, asks=["cameras"]).camera.width == 40
-    entry = {"id": 0, "width": 50, "height": 20, "position": [0, -1.5, -6], "rotation": np.eye(3).tolist()}
-    path = tmp_path / "cameras.json"
-    path.write_text(json.dumps([entry | {"fx": 40.0, "fy": 40.0}]))
-    of_file = changed(CONFIG, view={"camera_file": path})
-    assert prepare(statue, of_file, Report(), asks=["cameras"]).camera.width == 50
+    of_file = changed(CONFIG, view={"camera_file": write_cameras(tmp_path / "cameras.json", [camera])})
+    assert prepare(statue, of_file, Report(), asks=["cameras"]).camera.width == 40

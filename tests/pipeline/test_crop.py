@@ -20,10 +20,8 @@ from brushgs.pipeline.still import paint_view
 from brushgs.rendering.wanted import Wanted
 from brushgs.values.layers import Matte
 from brushgs.values.part import Part
-from tests.kit.commands import names, refused, save_opaque
-from tests.kit.configs import blind
-from tests.kit.for_each import for_each
-from tests.scenes import still_life_of
+from tests.kit import blind, for_each, names, refused, save_opaque, still_life_of
+from tests.rendering.test_parts import is_same
 
 WIDTH, HEIGHT = 140, 102
 # A look of each medium; the others are made of the same parts: ink is hatching with lines and blacks.
@@ -37,19 +35,13 @@ def prepared_in(look):
     return prepare(still_life_of(1000), blind(look, 300, (WIDTH, HEIGHT)), Report())
 
 
-def same_planes(one, other):
-    for name in ("rgb", "alpha", "depth", "height"):
-        a, b = getattr(one, name), getattr(other, name)
-        assert (a is b is None) or np.array_equal(a, b), name
-
-
 @for_each("look", DIFFERENT)
 def test_in_every_look_a_part_is_the_cut_of_the_whole(look):
     prepared = prepared_in(look)
     whole = paint_view(prepared, Report())
     for part in PARTS:
         painting = replace(prepared.painting, part=part)
-        same_planes(paint_view(replace(prepared, painting=painting), Report()), whole.cut(part))
+        assert is_same(paint_view(replace(prepared, painting=painting), Report()), whole.cut(part))
 
 
 def test_only_what_washes_and_blacks_need_is_painted_whole():
@@ -71,7 +63,7 @@ def test_layers_and_samples_of_a_part_are_those_of_the_whole():
     for wanted in (Wanted(("depth", "stroke", "unlit", "uv", "normal")), Wanted(deep=True)):
         whole = paint_view(prepared, Report(), wanted=wanted).cut(part)
         cut = paint_view(replace(prepared, painting=painting), Report(), wanted=wanted)
-        same_planes(cut, whole)
+        assert is_same(cut, whole)
         assert cut.layers.keys() == whole.layers.keys()
         for name, layer in cut.layers.items():
             one, other = (of.coverage if isinstance(of, Matte) else of for of in (layer, whole.layers[name]))
@@ -151,7 +143,6 @@ def test_a_picture_beyond_the_memory_is_refused(monkeypatch):
     [
         (["--crop", "100,0,41,10"], "crop must lie in the picture of 140x102 pixels, got 100,0,41,10"),
         (["--crop", "0,0,4,4", "-o", "a.svg"], "crop must be omitted for a drawing in lines, got a.svg"),
-        (["--stroke-size", "8mm"], "stroke-size must be in px without a size on paper, got 8mm"),
     ],
 )
 def test_what_cannot_be_printed_is_refused(flags, sentence, scene, capsys, folder):

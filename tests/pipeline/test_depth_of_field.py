@@ -5,9 +5,7 @@ import numpy as np
 from brushgs.options.focus import Focus
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from tests.kit.commands import stages
-from tests.kit.configs import blind
-from tests.scenes import still_life_of
+from tests.kit import blind, stages, still_life_of
 
 SCENE = still_life_of(1500)
 NEAR = (*SCENE.means[SCENE.means[:, 2].argmin()].tolist(), 0.3)
@@ -41,9 +39,8 @@ def test_what_is_out_of_focus_gets_fewer_strokes():
 
 def test_the_same_strokes_grow_by_the_law_unless_they_would_be_too_long():
     focus = Focus(sphere=NEAR)
-    (soft, report), (sharp, _) = (
-        painted(strength, focus=focus, economy=0.0, count=None) for strength in (1.0, 0.0)
-    )
+    found = [painted(strength, focus=focus, economy=0.0, count=None) for strength in (1.0, 0.0)]
+    (soft, report), (sharp, _) = found
     np.testing.assert_array_equal(soft.strokes.means, sharp.strokes.means)
     growth = soft.strokes.scales[:, 0] / sharp.strokes.scales[:, 0]
     expected = 1 + 2 * blur_of(sharp, report)

@@ -14,10 +14,7 @@ from brushgs.pipeline.estimate import estimate
 from brushgs.pipeline.prepare import PICTURE, STROKES, open_job
 from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life_camera
-from tests.kit.commands import names, run
-from tests.kit.configs import changed
-from tests.kit.for_each import for_each
-from tests.scenes import still_life_of
+from tests.kit import changed, for_each, names, run, still_life_of
 
 SCENE = still_life_of(1000)
 FACTS = {"is_strokes": False, "is_empty": False}

@@ -13,9 +13,7 @@ from brushgs.formats.pictures.images import read_image
 from brushgs.options.painting import PaintConfig
 from brushgs.outlets.export_strokes import export_strokes
 from brushgs.pipeline.still import paint_file
-from tests.kit.configs import BLIND, changed, without_look
-from tests.kit.for_each import for_each
-from tests.scenes import still_life_of
+from tests.kit import BLIND, changed, for_each, still_life_of, without_look
 
 FLAT = without_look("flat", 150, (64, 36), strokes=BLIND)  # formats are the matter here
 

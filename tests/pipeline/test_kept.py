@@ -22,10 +22,9 @@ from brushgs.pipeline.kept_file import read_arrays, write_arrays
 from brushgs.pipeline.kept_levels import KeptLevels
 from brushgs.pipeline.report import Report
 from brushgs.rendering import texture_levels
-from brushgs.rendering.plain import plain_views
 from brushgs.rendering.texture_levels import found_by, known_levels, packed_levels
+from tests.kit import run, save_upright, stages_of, still_life_of
 from tests.kit.kept import MOST_HASHED, OF_NAME, of_content
-from tests.scenes import save_upright, still_life_of
 
 BARE = ["--strokes", "60", "--size", "64x48"]
 PLAIN = ["--look", "plain", "--see", "off"]  # what is soonest painted
@@ -67,23 +66,9 @@ def folder(tmp_path, monkeypatch):
     return tmp_path / "cache"
 
 
-@pytest.fixture
-def scene(tmp_path):
-    path = tmp_path / "scene.ply"
-    save_upright(still_life_of(1000), path)
-    return path
-
-
 def picture(scene, output, *flags):
     assert main(["render", str(scene), "-o", str(output), "--quiet", *BARE, *flags]) == 0
     return read_image(output)
-
-
-def report_of(scene, output, capsys, *flags):
-    capsys.readouterr()
-    assert main(["render", str(scene), "-o", str(output), "--json", *BARE, *flags]) == 0
-    found = json.loads(capsys.readouterr().out)
-    return {stage["name"]: stage for stage in found["stages"]}, found["notes"]
 
 
 def test_commands_one_after_another_paint_the_same_bits(folder, scene, tmp_path, monkeypatch):
@@ -107,9 +92,10 @@ def test_commands_one_after_another_paint_the_same_bits(folder, scene, tmp_path,
 
 
 def test_a_kept_result_reports_its_stages_and_notes(folder, scene, tmp_path, capsys):
-    made, notes = report_of(scene, tmp_path / "one.png", capsys)
-    found, notes_found = report_of(scene, tmp_path / "two.png", capsys, "--stroke", "swirl")
-    assert notes_found == notes
+    words = ["render", scene, *BARE, "--json", "-o", tmp_path / "a.png"]
+    first, second = (json.loads(run(capsys, *words, *more)[1]) for more in ([], ["--stroke", "swirl"]))
+    assert first["notes"] == second["notes"]
+    made, found = ({stage["name"]: stage for stage in report["stages"]} for report in (first, second))
     for name in ("first view", "cluster", "direction"):
         assert found[name]["did"] == made[name]["did"]
         assert found[name]["counts"] == made[name]["counts"]
@@ -131,16 +117,16 @@ def test_scenes_are_pruned_again_without_another_look_at_them(folder, scene, tmp
     written = []
     for more in (["--keep", "0.5"], ["--keep", "0.4"], ["--keep", "0.4", "--no-cache"]):
         output = tmp_path / f"{len(written)}.ply"
-        assert main(["prune", str(scene), "-o", str(output), "--json", *more]) == 0
-        stages = {one["name"]: one for one in json.loads(capsys.readouterr().out)["stages"]}
-        is_kept = kept.KEPT in stages["first view"]["details"]
-        assert is_kept == (len(written) == 1)
+        details = stages_of(capsys, "prune", scene, "-o", output, *more)["first view"]["details"]
+        assert (kept.KEPT in details) == (len(written) == 1)
         written.append(output.read_bytes())
     assert written[1] == written[2] != written[0]
 
 
-def test_a_changed_scene_is_read_again(folder, scene, tmp_path):
-    before, gaussians = scene.stat(), still_life_of(1000)
+def test_a_changed_scene_is_read_again(folder, tmp_path):
+    scene, gaussians = tmp_path / "scene.ply", still_life_of(1000)
+    save_upright(gaussians, scene)
+    before = scene.stat()
     picture(scene, tmp_path / "one.png", *PLAIN)
     save_upright(replace(gaussians, opacities=0.5 * gaussians.opacities), scene)
     os.utime(scene, ns=(before.st_mtime_ns, before.st_mtime_ns))
@@ -192,7 +178,7 @@ def test_a_flipped_byte_and_a_foreign_class_are_refused(tmp_path):
 
 def test_results_come_back_as_they_went(tmp_path):
     scene, store = still_life_of(1000), Store(tmp_path)
-    views = plain_views(scene, [bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=16, height=12)])
+    views = bg.plain_views(scene, [bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=16, height=12)])
     store.save("name", (scene, views, None, 1.5, "text", [1, (2,)]), 9.0)
     found = store.load("name")
     assert found[2:] == (None, 1.5, "text", [1, (2,)])

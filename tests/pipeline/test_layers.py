@@ -10,9 +10,7 @@ import brushgs as bg
 from brushgs.cli import main
 from brushgs.formats.pictures.exr.cryptomatte import ids_of
 from brushgs.options.choices import LAYER_CHANNELS, LAYERS
-from tests.kit.commands import names, refused
-from tests.kit.for_each import for_each
-from tests.scenes import save_upright, still_life_of
+from tests.kit import for_each, names, refused, save_upright, still_life_of
 
 SMALL = ["--quiet", "--size", "128x96", "--strokes", "300", "--clean", "off", "--see", "off"]
 PLAIN = [*SMALL, "--look", "plain", "--stroke", "flat", "--background", "transparent"]

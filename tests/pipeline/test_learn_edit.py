@@ -1,6 +1,5 @@
 """`brushgs style learn --before --after`: a style of an edit from scenes, or from pictures of one."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,9 +16,7 @@ from brushgs.passes.style.edit import apply_edit, needed_features
 from brushgs.passes.style.features import stroke_features
 from brushgs.still_life import still_life_camera
 from brushgs.values.sh import C0
-from tests.kit.commands import refused, save_opaque
-from tests.kit.for_each import for_each
-from tests.scenes import save_upright, still_life_of
+from tests.kit import for_each, refused, save_opaque, save_upright, still_life_of, write_cameras
 
 MATRIX, OFFSET = np.array([[0.9, 0.1, 0], [0, 0.8, 0.1], [0.05, 0, 0.6]]), np.array([0.04, 0.02, 0.1])
 
@@ -41,14 +38,9 @@ def save_pictures(scene, name, views, size=(96, 72)):
         turn[0, 0] = turn[2, 2] = np.cos(angle)
         turn[0, 2], turn[2, 0] = np.sin(angle), -np.sin(angle)
         own = still_life_camera(width=size[0], height=size[1])
-        camera = bg.Camera(own.viewmat @ turn, own.K, *size)
-        save_opaque(f"{name}/{number}.png", bg.render(scene, camera, "gaussian").over("#808080"))
-        cameras.append(
-            {"id": number, "img_name": str(number), "width": size[0], "height": size[1]}
-            | {"position": camera.position.tolist(), "rotation": camera.viewmat[:3, :3].T.tolist()}
-            | {"fx": camera.K[0, 0], "fy": camera.K[1, 1]}
-        )
-    Path("cameras.json").write_text(json.dumps(cameras))
+        cameras.append(bg.Camera(own.viewmat @ turn, own.K, *size))
+        save_opaque(f"{name}/{number}.png", bg.render(scene, cameras[-1], "gaussian").over("#808080"))
+    write_cameras("cameras.json", cameras, [str(number) for number in range(len(views))])
 
 
 OF_PICTURES = ["--scene", "scene.ply", "--camera-file", "cameras.json"]

@@ -12,10 +12,7 @@ from brushgs.options.choices import LOOKS
 from brushgs.options.look_parts import BrushesConfig
 from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life_camera
-from tests.kit.commands import stages
-from tests.kit.configs import blind, changed
-from tests.kit.for_each import for_each
-from tests.scenes import still_life_of
+from tests.kit import blind, changed, for_each, stages, still_life_of
 
 SIZE = 120, 90
 SCENE = still_life_of(1500)
@@ -98,16 +95,3 @@ def test_plain_leaves_out_every_stage_and_module_of_looks(paintings):
     frame, report = paintings["plain"]
     assert frame.alpha.min() < 1
     assert not {"ground", "backdrop", "lines", "light", "brushes", "color"} & set(stages(report))
-
-
-def test_relief_lights_and_leaves_colors_where_there_is_none():
-    lit, unlit = (
-        bg.paint(SCENE, changed(config_of("oil"), light=light), camera=CAMERA)
-        for light in ({}, {"relief": 0.0})
-    )
-    assert lit.height is not None
-    assert unlit.height is None
-    difference = lit.rgb - unlit.rgb
-    assert 0.001 < np.abs(difference).mean() < 0.1
-    # Light and shade balance; what is left are highlights.
-    assert 0 <= difference.mean() < 0.5 * np.abs(difference).mean()

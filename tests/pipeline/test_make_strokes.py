@@ -13,20 +13,12 @@ from brushgs.options.focus import Focus
 from brushgs.options.painting import ClusterConfig, PaletteConfig, StrokesConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.options.stroke_target import ErrorBudget, StrokeSize
-from brushgs.passes.color.broken_color import break_colors
-from brushgs.passes.color.repaint import repaint
-from brushgs.passes.form.orient import orient
-from brushgs.passes.form.solid import solidify
 from brushgs.passes.reduce.worth import worth_keeping
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint, paint_view
-from brushgs.rendering.plain import plain_views
-from tests.kit.commands import save_opaque, stages
-from tests.kit.configs import changed, without_look
-from tests.kit.for_each import for_each
+from tests.kit import changed, for_each, save_opaque, stages, still_life_of, without_look
 from tests.passes.scenes import assert_same
-from tests.scenes import still_life_of
 
 COUNT = 80
 PAINT = without_look("flat", COUNT, (64, 36))
@@ -50,12 +42,12 @@ def seeing(scene):
 def test_strokes_are_what_the_passes_make_one_by_one(seeing):
     gaussians, view, camera = seeing.whole_scene, seeing.first_view, seeing.camera
     near = near_views(camera, subject_ahead(camera, view), view.up)
-    views = plain_views(gaussians, [*near, *ring_views(view, 64, 36)])
+    views = bg.plain_views(gaussians, [*near, *ring_views(view, 64, 36)])
     pruned = bg.prune(gaussians)
     clusters = bg.cluster(pruned, COUNT, views=views)
     assert worth_keeping(clusters).all()  # or others would take their places
-    expected = orient(solidify(clusters), pruned, "form")
-    expected = break_colors(repaint(expected, pruned, views), StrokesConfig().broken_color)
+    expected = bg.orient(bg.solidify(clusters), pruned, "form")
+    expected = bg.break_colors(bg.repaint(expected, pruned, views), StrokesConfig().broken_color)
     assert_same(seeing.strokes, expected)
 
 
@@ -66,7 +58,7 @@ def test_colors_are_broken_after_a_palette_is_taken(scene, folder):
     of_strokes = [name for name in order if name != "fields"]  # of their directions in pictures
     assert of_strokes[-6:] == ["cluster", "solid", "direction", "repaint", "recolor", "broken color"]
     unbroken, _ = strokes_of(scene, replace(config, strokes=StrokesConfig(broken_color=0.0)))
-    assert_same(found.strokes, break_colors(unbroken.strokes, StrokesConfig().broken_color))
+    assert_same(found.strokes, bg.break_colors(unbroken.strokes, StrokesConfig().broken_color))
 
 
 def test_every_pass_has_its_stage_and_says_why_it_is_skipped(scene):
@@ -115,6 +107,7 @@ def test_targets_hold_for_the_strokes_that_are_painted():
     report, config = Report(), replace(PAINT, cluster=ClusterConfig(ErrorBudget(17.0)))
     prepared = prepare(gaussians, config, report, asks=(*PICTURE, "scene"))
     counts = stages(report)["cluster"].counts
+    assert "dB reached at the" in stages(report)["cluster"].did
     plain = bg.render(prepared.whole_scene, prepared.camera, "gaussian", depth=False)
     reached = psnr_of(paint_view(prepared, report), plain)
     assert reached == pytest.approx(counts["psnr"], abs=1e-3)

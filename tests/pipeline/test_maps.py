@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-import brushgs
+import brushgs as bg
 from brushgs.cameras.framing import plain_first_view
-from brushgs.errors import SceneError
 from brushgs.options.focus import Focus
-from brushgs.options.look import Look, config_of
 from brushgs.options.maps import PROPERTIES, Map
 from brushgs.options.where import Where
 from brushgs.passes.where import WhereContext, memberships
@@ -23,10 +21,8 @@ from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life_camera
 from brushgs.values.colors import oklab_of
 from brushgs.values.sh import base_colors
-from tests.kit.commands import refused
-from tests.kit.for_each import for_each
+from tests.kit import blind, for_each, refused, save_upright, still_life_of
 from tests.passes.scenes import assert_same
-from tests.scenes import save_upright, still_life_of
 
 SCENE = still_life_of(1500)
 CAMERA = still_life_camera(width=64, height=48)
@@ -108,13 +104,13 @@ def test_strokes_carry_the_mean_of_the_gaussians_nearest_to_them():
 
 def test_a_column_of_the_file_is_spread_from_low_to_high(tmp_path):
     path = tmp_path / "scene.ply"
-    brushgs.save(SCENE, path)
+    bg.save(SCENE, path)
     (found,) = placed("size=column:x:1..3", source=path)
     x = SCENE.means[:, 0].astype(np.float64)
     low, high = np.quantile(x, TAILS)
     np.testing.assert_allclose(found.factors, 1 + 2 * np.clip((x - low) / (high - low), 0, 1), atol=0.02)
     for name, says in (("y_", "did you mean 'y'"), ("nx", "all over column 'nx'")):
-        with pytest.raises(SceneError, match=says):
+        with pytest.raises(bg.SceneError, match=says):
             placed(f"size=column:{name}", source=path)
     with pytest.raises(ValueError, match="belongs to a PLY file"):
         placed("size=column:x")
@@ -127,11 +123,8 @@ def test_relief_and_lost_edges_follow_their_maps(tmp_path):
     half = f"half:1,0,0,{middle[0]:.3f}"
 
     def painted(*flags):
-        config = config_of("oil")
-        maps = tuple(Map.parse(text) for text in flags)
-        view, cluster = replace(config.view, size=(120, 90)), replace(config.cluster, strokes=400)
-        strokes = replace(config.strokes, maps=maps, edges=1.0)
-        config = replace(config, strokes=strokes, view=view, cluster=cluster)
+        seeing = {"maps": tuple(map(Map.parse, flags)), "edges": 1.0, "see": "views"}
+        config = blind("oil", 400, (120, 90), strokes=seeing)
         return prepare(path, config, Report(), asks=("painting", "edges", "background"))
 
     plain, mapped = painted(), painted(f"relief={half}:0..1", f"edge={half}:0..1")
@@ -148,12 +141,7 @@ def test_relief_and_lost_edges_follow_their_maps(tmp_path):
 
 @for_each(
     "text",
-    [
-        "size=column:confidence:0.5..2",
-        "size=height:20%..:0.5..2",
-        "opacity=not height:0.2..1:1..0",
-        "density=subject",
-    ],
+    ["size=column:confidence:0.5..2", "opacity=not height:0.2..1:1..0", "density=subject"],
 )
 def test_a_map_is_written_as_it_is_read(text):
     assert Map.parse(str(Map.parse(text))) == Map.parse(text)
@@ -183,11 +171,11 @@ def test_what_cannot_be_used_is_refused_in_a_sentence(text, scene, folder, capsy
 def test_a_map_is_taken_by_look_files_and_keywords(tmp_path):
     look = tmp_path / "look.toml"
     look.write_text('[strokes]\nmaps = ["size=subject:1..2", "chroma=subject"]\n')
-    assert len(Look.open(look).config.strokes.maps) == 2
+    assert len(bg.Look.open(look).config.strokes.maps) == 2
     plain, mapped = (
-        brushgs.paint(SCENE, strokes=40, size=(32, 24), up="-y", see="off", **given)
+        bg.paint(SCENE, strokes=40, size=(32, 24), up="-y", see="off", **given)
         for given in ({}, {"map": ["chroma=subject:0..0"]})
     )
     assert np.ptp(mapped.rgb, axis=2).max() < 0.5 * np.ptp(plain.rgb, axis=2).max()
     with pytest.raises(ValueError, match="list of texts"):
-        brushgs.paint(SCENE, map=[3])
+        bg.paint(SCENE, map=[3])

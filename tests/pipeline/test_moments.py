@@ -15,9 +15,7 @@ from brushgs.pipeline.moments import check_moments, write_strokes
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from tests.clips import clip_of, save_clip
-from tests.kit.commands import names, refused, run
-from tests.kit.configs import BLIND, without_look
-from tests.kit.for_each import for_each
+from tests.kit import BLIND, for_each, names, refused, run, without_look
 
 COLUMNS = ("means", "scales", "opacities", "sh")
 
@@ -90,16 +88,8 @@ def test_strokes_of_several_brushes_keep_them(clip, tmp_path):
 @for_each(
     ("scene", "words", "sentence"),
     [
-        (
-            "{clip}",
-            "-o a.ply",
-            "a.ply is one scene, and {clip} moves; write a folder, a/, or add --time, one",
-        ),
-        (
-            "{clip}",
-            "-o a.ksplat",
-            "output of a moving scene must be a folder, got 'a.ksplat'; write a folder",
-        ),
+        ("{clip}", "-o a.ply", "a.ply is one scene, and {clip} moves; write a folder, a/, or add --time"),
+        ("{clip}", "-o a.ksplat", "a moving scene must be a folder, got 'a.ksplat'; write a folder"),
         ("{clip}", "-o {clip}", "is an input, and {clip}/ would replace it; choose another folder"),
         ("{clip}", "-o {clip}/../", "is an input, and"),
         ("{clip}/frame_0.ply", "-o strokes/", "output must end in .ply, "),

@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.errors import SceneError
 from brushgs.formats.pictures.images import read_image
-from brushgs.options.clip import ClipConfig
 from brushgs.options.painting import StrokesConfig
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.pipeline.clip import Clip
@@ -20,10 +18,7 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
-from brushgs.values.moving import MovingScene
-from tests.kit.commands import stages
-from tests.kit.configs import BLIND, blind, changed, without_look
-from tests.kit.for_each import for_each
+from tests.kit import BLIND, blind, changed, for_each, stages, without_look
 from tests.passes.scenes import gaussians_at
 
 SECONDS, STEP = 0.5, 1.2  # of the scene, and how far the ball goes, world units
@@ -57,11 +52,11 @@ def moving_scene(*, has_rows=True, seconds=SECONDS, step=STEP):
 
     times = None if has_rows else np.arange(round(30 * seconds) + 1) / 30
     resting = np.arange(WALL + BALL) < WALL if has_rows else None
-    return MovingScene(seconds, has_rows, at, times=times, resting=resting)
+    return bg.MovingScene(seconds, has_rows, at, times=times, resting=resting)
 
 
 def paint(output, scene=None, *, clip=None, config=CONFIG, path=CAMERA, **sequence):
-    source = Clip(scene or moving_scene(), clip or ClipConfig(fps=12))
+    source = Clip(scene or moving_scene(), clip or bg.ClipConfig(fps=12))
     return paint_sequence(source, output, path, config, SequenceConfig(**sequence))
 
 
@@ -112,23 +107,23 @@ def test_frames_do_not_depend_on_each_other_nor_on_which_one_a_process_paints_fi
 @for_each(
     ("scene", "clip", "message"),
     [
-        (moving_scene(), ClipConfig(fps=12, speed=2), "clip speed 1.0, now 2"),
-        (moving_scene(step=0.5), ClipConfig(fps=12), "another motion"),
+        (moving_scene(), bg.ClipConfig(fps=12, speed=2), "clip speed 1.0, now 2"),
+        (moving_scene(step=0.5), bg.ClipConfig(fps=12), "another motion"),
     ],
 )
 def test_frames_of_another_film_are_not_resumed(scene, clip, message, tmp_path):
     paint(tmp_path / "%d.png")
-    with pytest.raises(SceneError, match=message):
+    with pytest.raises(bg.SceneError, match=message):
         paint(tmp_path / "%d.png", scene, clip=clip, is_resumed=True)
 
 
 def test_there_and_back_is_a_loop_that_repeats_pictures_and_a_fading_one_has_no_jump(tmp_path):
     config = changed(CONFIG, draw={"lock": "anchor"})
-    paint(tmp_path / "there" / "%02d.png", clip=ClipConfig(fps=12, loop=True), config=config)
+    paint(tmp_path / "there" / "%02d.png", clip=bg.ClipConfig(fps=12, loop=True), config=config)
     pictures = frames_of(tmp_path / "there")
     assert len(pictures) == 12
     np.testing.assert_array_equal(pictures[1:6], pictures[:6:-1])
-    paint(tmp_path / "fades" / "%02d.png", clip=ClipConfig(fps=24, loop=True, cross_fade=0.25))
+    paint(tmp_path / "fades" / "%02d.png", clip=bg.ClipConfig(fps=24, loop=True, cross_fade=0.25))
     pictures = frames_of(tmp_path / "fades")
     assert len(pictures) == 6
     steps = np.abs(pictures - np.roll(pictures, -1, axis=0)).mean(axis=(1, 2, 3))
@@ -144,7 +139,7 @@ def test_while_nothing_moves_one_picture_serves_all_frames(tmp_path):
 
 
 def test_every_mark_moves_with_a_stroke_and_a_backdrop_rests():
-    prepared = prepare(Clip(moving_scene(), ClipConfig(fps=12)), CONFIG, Report(), views=CAMERA)
+    prepared = prepare(Clip(moving_scene(), bg.ClipConfig(fps=12)), CONFIG, Report(), views=CAMERA)
     strokes = prepared.strokes
     lines = replace(strokes.take(slice(3, 7)), ids=None)
     options = RenderOptions.of(prepared.texture, order="soft")
@@ -156,14 +151,14 @@ def test_every_mark_moves_with_a_stroke_and_a_backdrop_rests():
 
 def moments(*those, has_rows=False):
     times = np.arange(len(those)) / 30
-    return MovingScene(times[-1], has_rows, lambda time: those[round(30 * time)], times=times)
+    return bg.MovingScene(times[-1], has_rows, lambda time: those[round(30 * time)], times=times)
 
 
 @for_each("has_rows", [True, False])
 @for_each("num", [1, 2])
 def test_one_moment_and_two(num, has_rows, tmp_path):
     folder = tmp_path / f"{num}-{has_rows}"
-    paint(folder / "%d.png", moments(*[wall_and_ball()] * num, has_rows=has_rows), clip=ClipConfig())
+    paint(folder / "%d.png", moments(*[wall_and_ball()] * num, has_rows=has_rows), clip=bg.ClipConfig())
     pictures = frames_of(folder)
     assert len(pictures) == num
     np.testing.assert_array_equal(pictures[0], pictures[-1])
@@ -173,12 +168,12 @@ def test_moments_without_gaussians_and_of_other_counts(tmp_path):
     whole = wall_and_ball()
     none, half = whole.take(slice(0, 0)), whole.take(slice(0, None, 2))
     scene = moments(none, *[whole] * 3, half, whole, *[none] * 15)
-    paint(tmp_path / "a" / "%02d.png", scene, clip=ClipConfig())
+    paint(tmp_path / "a" / "%02d.png", scene, clip=bg.ClipConfig())
     levels = frames_of(tmp_path / "a").mean(axis=(1, 2, 3))
     np.testing.assert_allclose(levels[1:6], levels[2], rtol=0.1)
     assert levels[-1] == 0, "it has faded"
     # A view is framed on the first moment that shows anything.
-    paint(tmp_path / "b" / "%02d.png", moments(none, whole), clip=ClipConfig(), path=None)
+    paint(tmp_path / "b" / "%02d.png", moments(none, whole), clip=bg.ClipConfig(), path=None)
     assert frames_of(tmp_path / "b")[1].mean() > 0.1
     for path in (None, PathConfig(orbit=3)):
         for has_rows in (True, False):
@@ -191,7 +186,7 @@ def test_moments_without_gaussians_and_of_other_counts(tmp_path):
 def test_what_leaves_and_comes_back_takes_its_strokes_along(tmp_path):
     near = wall_and_ball()
     far = replace(near, means=near.means + np.float32([0, 0, 1e6]))
-    paint(tmp_path / "%d.png", moments(near, near, far, far, near, has_rows=True), clip=ClipConfig())
+    paint(tmp_path / "%d.png", moments(near, near, far, far, near, has_rows=True), clip=bg.ClipConfig())
     first, *_, away, back = frames_of(tmp_path)
     assert away.max() < 0.02
     np.testing.assert_allclose(back, first, atol=0.35)

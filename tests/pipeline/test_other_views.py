@@ -6,30 +6,21 @@ import numpy as np
 import pytest
 
 from brushgs.cameras.paths import turn_around
-from brushgs.options.look import Look
-from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.pipeline.other_views import along, seen_by
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.still import paint_view
-from tests.scenes import still_life_of
+from tests.kit import blind, still_life_of
 
 SCENE = still_life_of(1000)
 
 
 def config_of(look):
     """Of strokes that no view of the job guides: they are the same whatever is seen."""
-    config = Look.open(look).config
-    return PaintConfig(
-        **{name: getattr(config, name) for name in ("brushes", "media", "draw")},
-        color=replace(config.color, values=0.0),
-        light=replace(config.light, key=0.0),
-        ground=replace(config.ground, backdrop=0, stage=False),
-        cluster=replace(config.cluster, strokes=100),
-        strokes=replace(config.strokes, see="off", focus=None, economy=0.0, edges=0.0),
-        view=replace(config.view, size=(96, 72)),
-    )
+    off = {"focus": None, "economy": 0.0, "edges": 0.0}
+    unlit = {"color": {"values": 0.0}, "light": {"key": 0.0}, "ground": {"backdrop": 0, "stage": False}}
+    return blind(look, 100, (96, 72), strokes=off, **unlit)
 
 
 @pytest.mark.parametrize("look", ["oil", "gouache"])

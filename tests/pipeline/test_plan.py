@@ -6,17 +6,12 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.options.clip import ClipConfig
-from brushgs.options.moment import Moment
 from brushgs.options.painting import PaintConfig, ViewConfig
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
-from brushgs.values.moving import MovingScene
-from tests.kit.configs import changed
-from tests.kit.for_each import for_each
+from tests.kit import changed, for_each, still_life_of
 from tests.passes.scenes import random_gaussians
-from tests.scenes import still_life_of
 
 SECONDS, NUM_MOMENTS = 1.0, 9
 SIZE = 1.0  # of the body, world units
@@ -57,7 +52,7 @@ def clip_of(body_at, resting=None, *, has_rows, **options):
         return scene.take(np.random.default_rng(int(1e6 * time)).permutation(len(scene)))
 
     times = None if has_rows else np.linspace(0, SECONDS, NUM_MOMENTS)
-    return Clip(MovingScene(SECONDS, has_rows, sample, times=times), ClipConfig(**options))
+    return Clip(bg.MovingScene(SECONDS, has_rows, sample, times=times), bg.ClipConfig(**options))
 
 
 def planned(clip, config=CONFIG):
@@ -110,7 +105,7 @@ def test_a_body_that_moves_by_three_times_its_size_or_grows_stays_in_the_picture
 def test_only_the_part_that_is_shown_is_framed_and_moments_without_gaussians_are_passed_over(has_rows):
     body_at = flying((1, 0, 0))
     _, whole = planned(clip_of(body_at, has_rows=has_rows))
-    _, part = planned(clip_of(body_at, has_rows=has_rows, end=Moment(0)))
+    _, part = planned(clip_of(body_at, has_rows=has_rows, end=bg.Moment(0)))
     assert np.ptp(whole.points[:, 0]) == pytest.approx(4 * SIZE, rel=0.15)
     assert np.ptp(part.points[:, 0]) == pytest.approx(SIZE, rel=0.2)
 
@@ -130,7 +125,7 @@ def test_where_rows_do_not_correspond_the_first_moment_that_shows_the_scene_says
     config = replace(CONFIG, view=ViewConfig(size=(96, 72)))
     clip = clip_of(lambda share: still.take(slice(0, 20)) if share < 0.2 else still, has_rows=False)
     _, view = planned(clip, config)
-    _, alone = planned(Clip(MovingScene(0.0, True, lambda time: still)), config)
+    _, alone = planned(Clip(bg.MovingScene(0.0, True, lambda time: still)), config)
     assert (view.ups, view.probability) != ((), None)
     assert view.ups[0][0] == alone.ups[0][0]
     np.testing.assert_allclose(view.azimuth, alone.azimuth, atol=np.radians(5))

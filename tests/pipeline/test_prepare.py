@@ -27,11 +27,8 @@ from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.steps import making, opening
 from brushgs.pipeline.still import paint_file
 from brushgs.pipeline.strokes import open_palette
-from tests.kit.commands import save_opaque, stages
-from tests.kit.configs import changed, without_look
-from tests.kit.for_each import for_each
+from tests.kit import changed, for_each, save_opaque, stages, still_life_of, without_look
 from tests.passes.scenes import assert_same
-from tests.scenes import still_life_of
 
 COUNT = 60
 PAINT = without_look("flat", COUNT, (48, 36))
@@ -49,59 +46,29 @@ def files(tmp_path_factory):
     return path
 
 
-# One function a command: it runs the command, and returns the strokes that were painted. `caught` holds what
-# `prepare` returned.
-def render(path, paint, out, caught):
-    paint_file(path, out / "a.png", paint)
-    return caught.pop().strokes
-
-
-def render_path(path, paint, out, caught):
-    paint_sequence(path, out / "frames/", PathConfig(orbit=3), paint)
-    return caught.pop().strokes
-
-
-def export(path, paint, out, caught):
-    export_file(path, out / "a.html", paint)
-    return caught.pop().strokes
-
-
-def stability(path, paint, out, caught):
-    config = StabilityConfig(gaps=(1,), pairs=1, alone=0)
-    report_stability(path, out / "stability.json", paint, PathConfig(orbit=3), config)
-    return caught.pop().strokes
-
-
-def bench(path, paint, out, caught):
-    config = BenchConfig(("size",), strokes=(COUNT,), count=COUNT, repeats=1)
-    report_bench(path, out / "bench.json", paint, config)
-    subject = Subject(SceneSource.of(path), caught.pop(), paint, config)
-    whole = subject.painting(COUNT)  # what the bench times, from the file on
-    np.testing.assert_array_equal(whole.rgb, subject.draw(subject.strokes).rgb)
-    return subject.strokes
-
-
-def refine(path, paint, out, caught):
+def refine(path, paint, out):
     pytest.importorskip("torch", reason="needs the extra [refine]")
     from brushgs.refine.run import refine_file
 
     refine_file(path, out / "refined.ply", paint, RefineConfig(steps=1, views=1, size=(24, 18)))
-    return caught.pop().strokes
 
 
-COMMANDS = {  # and the module whose `prepare` is watched
-    render: "brushgs.pipeline.still",
-    render_path: "brushgs.pipeline.sequence",
-    export: "brushgs.outlets.page.export",
-    stability: "brushgs.measure.stability.run",
-    bench: "brushgs.measure.bench.run",
-    refine: "brushgs.refine.run",
+ORBIT = PathConfig(orbit=3)
+BENCH = BenchConfig(("size",), strokes=(COUNT,), count=COUNT, repeats=1)
+PAIRS = ORBIT, StabilityConfig(gaps=(1,), pairs=1, alone=0)
+COMMANDS = {  # the module whose `prepare` is watched -> what is run
+    "pipeline.still": lambda path, paint, out: paint_file(path, out / "a.png", paint),
+    "pipeline.sequence": lambda path, paint, out: paint_sequence(path, out / "frames/", ORBIT, paint),
+    "outlets.page.export": lambda path, paint, out: export_file(path, out / "a.html", paint),
+    "measure.stability.run": lambda path, paint, out: report_stability(path, out / "a.json", paint, *PAIRS),
+    "measure.bench.run": lambda path, paint, out: report_bench(path, out / "a.json", paint, BENCH),
+    "refine.run": refine,
 }
 
 
 @pytest.mark.filterwarnings("ignore::brushgs.SceneWarning")  # three views show no surface twice
-@pytest.mark.parametrize("command", COMMANDS)
-def test_all_commands_make_the_same_strokes(files, tmp_path, command):
+@pytest.mark.parametrize("module", COMMANDS)
+def test_all_commands_make_the_same_strokes(files, tmp_path, module):
     """Clusters of strokes alone, and strokes that see; render with more options too."""
     caught = []
 
@@ -112,27 +79,29 @@ def test_all_commands_make_the_same_strokes(files, tmp_path, command):
     scene, picture = files / "scene.ply", files / "picture.png"
     loaded, strokes = bg.load(scene), bg.load(files / "strokes.ply")
     clusters = bg.cluster(bg.prune(loaded, 0.7), COUNT)
-    views = PathConfig(orbit=3) if command in (render_path, stability) else None
+    views = ORBIT if module in ("pipeline.sequence", "measure.stability.run") else None
     cases = [
         (files / "strokes.ply", BARE, bg.cluster(strokes, COUNT)),
         (scene, PAINT, prepare(scene, PAINT, Report(), views=views).strokes),
     ]
-    if command is render:
-        few = changed(BARE, prune={"keep": 0.4})
+    if module == "pipeline.still":
+        few, recolored = changed(BARE, prune={"keep": 0.4}), replace(BARE, palette=PaletteConfig(picture))
         cases += [
             (scene, BARE, clusters),
             (scene, few, bg.cluster(bg.prune(loaded, 0.4), COUNT)),
-            (
-                scene,
-                replace(BARE, palette=PaletteConfig(picture)),
-                bg.recolor(clusters, bg.Palette.of_image(read_image(picture))),
-            ),
+            (scene, recolored, bg.recolor(clusters, bg.Palette.of_image(read_image(picture)))),
         ]
     for number, (path, paint, expected) in enumerate(cases):
         out = tmp_path / f"{number}"
         out.mkdir()
-        with patch(f"{COMMANDS[command]}.prepare", watched):
-            assert_same(command(path, paint, out, caught), expected)
+        with patch(f"brushgs.{module}.prepare", watched):
+            COMMANDS[module](path, paint, out)
+            found = caught.pop()
+            if module == "measure.bench.run":
+                found = Subject(SceneSource.of(path), found, paint, BENCH)
+                whole = found.painting(COUNT)  # what the bench times, from the file on
+                np.testing.assert_array_equal(whole.rgb, found.draw(found.strokes).rgb)
+        assert_same(found.strokes, expected)
 
 
 @for_each("keeps_scene", [False, True])

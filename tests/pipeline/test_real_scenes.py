@@ -6,8 +6,7 @@ from brushgs.measure.stability import report_stability
 from brushgs.options.experiments import StabilityConfig
 from brushgs.options.sequence import PathConfig
 from examples.benchmarks.strokes import COUNTS, Scene, measure
-from tests.kit.configs import without_look
-from tests.scenes import real_scene
+from tests.kit import real_scene, without_look
 
 SIZE = 400, 300
 

@@ -6,16 +6,13 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.errors import SceneWarning
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.styles import write_style
-from brushgs.options.clip import ClipConfig
 from brushgs.options.direction import Direction
 from brushgs.options.rules import Rule, Rules
 from brushgs.options.sequence import SequenceConfig
 from brushgs.options.styling import AdjustConfig, StyleConfig
 from brushgs.options.where import Where, WhereConfig
-from brushgs.passes.color.recolor import Palette, recolor
 from brushgs.passes.style.palette import learn_palette
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.prepare import prepare
@@ -23,13 +20,9 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.still_life import still_life_camera
 from brushgs.values.sh import base_colors
-from brushgs.values.style import Style
-from tests.kit.commands import save_opaque, stages
-from tests.kit.configs import BLIND, changed, without_look
-from tests.kit.for_each import for_each
+from tests.kit import BLIND, blind, changed, for_each, save_opaque, stages, still_life_of, without_look
 from tests.passes.scenes import assert_same
 from tests.pipeline.test_moving import CAMERA, CONFIG, STEP, moving_scene, red_center
-from tests.scenes import still_life_of
 
 SCENE = still_life_of(1000)
 VIEW = still_life_camera(width=96, height=72)
@@ -108,10 +101,10 @@ def test_a_part_has_a_palette_a_style_and_adjustments_of_its_own(orange, tmp_pat
     before = strokes_of(rule(LEFT), rule(RIGHT))
     left = before.regions == 1
     found = strokes_of(rule(LEFT, palette=orange), rule(RIGHT))
-    assert_same(found.take(left), recolor(before.take(left), Palette.of_image(read_image(orange))))
+    assert_same(found.take(left), bg.recolor(before.take(left), bg.Palette.of_image(read_image(orange))))
     assert_same(found.take(~left), before.take(~left))
     path = tmp_path / "orange.style"
-    write_style(Style("orange", learn_palette(read_image(orange))), path)
+    write_style(bg.Style("orange", learn_palette(read_image(orange))), path)
     grey = rule(RIGHT, adjust=AdjustConfig(saturation=0.0))
     colors = base_colors(strokes_of(rule(LEFT, style=StyleConfig.parse(str(path))), grey).sh)
     assert np.ptp(colors[~left], axis=1).max() < 0.02
@@ -139,7 +132,7 @@ def test_a_direction_turns_the_strokes_of_its_part_alone(plain):
 
 @for_each("has_rows", [True, False])
 def test_parts_follow_a_moving_scene(has_rows, orange, tmp_path):
-    clip = Clip(moving_scene(has_rows=has_rows), ClipConfig(fps=12))
+    clip = Clip(moving_scene(has_rows=has_rows), bg.ClipConfig(fps=12))
     red = rule("colour:#e61a1a,0.3", palette=orange, palette_strength=0.0, opacity=0.5)
     strokes = prepare(clip, replace(CONFIG, rules=Rules((red,))), Report(), views=CAMERA).strokes
     reddish = base_colors(strokes.sh)[:, 0] - base_colors(strokes.sh)[:, 1] > 0.3
@@ -172,7 +165,25 @@ def test_what_is_not_painted_is_shown_as_it_is():
 
 
 def test_all_of_a_scene_is_painted_as_without_where():
-    with pytest.warns(SceneWarning, match="changes nothing, since all 1,131 Gaussians lie in it"):
+    with pytest.warns(bg.SceneWarning, match="changes nothing, since all 1,131 Gaussians lie in it"):
         prepared = painted(shown("sphere:0,0,0,1000"))
     assert prepared.plain is None
     assert_same(prepared.strokes, painted(PAINT).strokes)
+
+
+@pytest.mark.parametrize("look", ["oil", "watercolour", "ink"])
+def test_every_coat_but_the_backdrop_bears_parts(look):
+    # Pieces keep the part of their Gaussian.
+    config = blind(look, 200, (160, 120), strokes={"economy": 0.0}, rules=Rules((rule(LEFT),)))
+    prepared = prepare(still_life_of(3000), config, Report(), views=still_life_camera(width=160, height=120))
+    strokes, coats = prepared.strokes, prepared.painting.coats
+    assert "lines" in {coat.name for coat in coats} or look == "oil"
+    assert set(coats[0].strokes.regions) == {0, 1}
+    for coat in coats:
+        means, regions = coat.strokes.means, coat.strokes.regions
+        assert set(regions) <= {0, 1}
+        if coat.chains is not None or coat.name == "lines":  # no strokes: they have the part of the nearest
+            away = np.linalg.norm(means[:, None].astype(float) - strokes.means, axis=2)
+            np.testing.assert_array_equal(regions, strokes.regions[away.argmin(axis=1)])
+        else:
+            np.testing.assert_array_equal(regions == 1, means[:, 0] < 0)

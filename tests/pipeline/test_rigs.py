@@ -14,10 +14,8 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.rigs import leveled, open_rig
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.still import paint_file
-from tests.kit.commands import stages
-from tests.kit.configs import BLIND, changed
+from tests.kit import BLIND, changed, stages, still_life_of
 from tests.passes.scenes import gaussians_at
-from tests.scenes import still_life_of
 
 SPHERE = ProjectionConfig(projection="equirect")
 

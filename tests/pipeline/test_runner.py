@@ -15,10 +15,9 @@ from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Job, Later, Memory, NoMemory, Steps, holding, is_same, unless
 from brushgs.pipeline.still import paint_view
-from tests.kit.configs import changed as kit_changed
-from tests.kit.for_each import for_each
+from tests.kit import changed as kit_changed
+from tests.kit import for_each, still_life_of
 from tests.passes.scenes import assert_same
-from tests.scenes import still_life_of
 
 SCENE = still_life_of(1000)
 SMALL = {"cluster": {"strokes": 60}, "view": {"size": (64, 48)}, "ground": {"stage": False}}
@@ -223,12 +222,7 @@ def test_one_memory_paints_every_change_of_options_as_a_fresh_job():
 
 OPTIONS = {
     "cluster": {"strokes_for": ["scene", "view"], "strokes": [40, 60]},
-    "strokes": {
-        "see": ["views", "off"],
-        "economy": [0.0, 1.0],
-        "edges": [0.0, 0.9],
-        "depth_of_field": [0.0, 0.6],
-    },
+    "strokes": {"see": ["views", "off"], "economy": [0, 1.0], "edges": [0, 0.9], "depth_of_field": [0, 0.6]},
     "light": {"key": [0.0, 0.5], "lamp": [None, (1.0, 0.5)]},
     "ground": {"stage": [False, True]},
     "view": {"azimuth": [None, 1.0]},

@@ -1,9 +1,7 @@
 import contextlib
-import json
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
-from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -17,24 +15,15 @@ from brushgs.options.painting import StrokesConfig, ViewConfig
 from brushgs.options.rules import Rule, Rules
 from brushgs.options.sequence import PathConfig, SequenceConfig
 from brushgs.options.where import Where, WhereConfig
-from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.pipeline.report import Report, pace
 from brushgs.pipeline.sequence import paint_sequence
 from brushgs.pipeline.sequence_outputs import plan_output
 from brushgs.pipeline.views import choose_first_view
-from brushgs.rendering.canvas import Painting
-from brushgs.rendering.coat import Coat
-from brushgs.rendering.options import RenderOptions
-from brushgs.rendering.track import track_directions
 from brushgs.values.shot import Shot
 from tests.io.test_video import psnr, read
-from tests.kit.commands import names, stages
-from tests.kit.configs import changed, without_look
-from tests.kit.for_each import for_each
+from tests.kit import changed, for_each, names, stages, without_look, write_cameras
 
 NUM_FRAMES = 6
-FLAT = bg.StrokeTexture.open("flat")
-MOVING = RenderOptions.of(FLAT, order="soft")
 ORBIT = PathConfig(orbit=NUM_FRAMES, fps=12)
 VIEW = ViewConfig(size=(48, 36))
 OTHERS = {"strokes": 0.5, "seed": 1}
@@ -53,83 +42,36 @@ def paint(scene, output="f/", path=ORBIT, paint_config=None, **sequence):
     return paint_sequence(scene, output, path, paint_config or config(), SequenceConfig(**sequence))
 
 
-def one_coat(strokes, texture, options):
-    return Painting((Coat("strokes", strokes, texture, options),))
-
-
 def contents(folder):
     return {path.name: path.read_bytes() for path in Path(folder).iterdir() if path.name != MANIFEST}
-
-
-def stage(report, name):
-    return stages(report)[name]
 
 
 # ---- frames
 
 
-@for_each("suffix", [".png", ".exr"])
-def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(scene, folder, suffix):
-    paint(scene, f"a/%05d{suffix}")
-    files = contents("a")
+@for_each(("suffix", "lock"), [(".png", "track"), (".exr", "track"), (".png", "off")])
+def test_a_frame_alone_is_the_frame_of_the_sequence_for_any_number_of_processes(scene, folder, suffix, lock):
+    made, name = config(lock=lock), f"{lock}{suffix[1:]}"
+    report = paint(scene, f"{name}/%05d{suffix}", paint_config=made)
+    assert stages(report)["track"].counts["lock"] == lock
+    files = contents(name)
     if suffix == ".png":
-        paint(scene, "b/", jobs=2)
-        assert contents("b") == files
+        paint(scene, f"{name}2/", paint_config=made, jobs=2)
+        assert contents(f"{name}2") == files
     # The same from Python: the strokes, the directions along the closed path, then one frame.
     gaussians = bg.load(scene)
     strokes = bg.cluster(bg.prune(gaussians), 150)
-    first_view = choose_first_view(gaussians, VIEW, read_scene(scene)[1], Report())
-    path, texture = plan_path(first_view, VIEW, ORBIT), bg.StrokeTexture.open("flat")
-    painter = FramePainter(
-        one_coat(strokes, texture, MOVING), (1.0, 1.0, 1.0), FrameKind(suffix, fps=path.fps)
-    )
-    shot = FrameView(4, path.cameras[4], (track_directions(strokes, path.closed).directions(4),))
-    assert painter(shot) == files[f"00004{suffix}"]
-    frame = next(islice(bg.render_sequence(strokes, path.closed, texture), 4, None))
-    if suffix != ".exr":
-        frame = replace(frame, depth=None)
+    path = plan_path(choose_first_view(gaussians, VIEW, read_scene(scene)[1], Report()), VIEW, ORBIT)
+    frame = next(islice(bg.render_sequence(strokes, path.closed, "flat", lock=lock), 4, None))
+    frame = frame if suffix == ".exr" else replace(frame, depth=None)
     known = Shot(path.cameras[4], 4, path.fps)
     assert encode_frame(frame, suffix, (1.0, 1.0, 1.0), shot=known) == files[f"00004{suffix}"]
 
 
-@for_each("lock", ["track", "off"])
-def test_the_lock_asked_for_is_the_lock_painted(scene, folder, lock):
-    shots = []
-    whole = FramePainter.__call__
-
-    def watched(self, shot):
-        shots.append((self.painting.coats[0].options.lock, shot.directions[0]))
-        return whole(self, shot)
-
-    with patch.object(FramePainter, "__call__", watched):
-        report = paint(scene, "f/", PathConfig(orbit=3), config(lock=lock))
-    assert stage(report, "track").counts["lock"] == lock
-    if lock == "track":
-        assert [directions.angles.shape for _, directions in shots] == [(150,)] * 3
-    else:
-        assert shots == [(lock, None)] * 3
-        assert stage(report, "track").skipped == [f"tracking: the lock is {lock!r}"]
-
-
-def test_a_loop_is_tracked_closed_and_painted_once(scene, folder, monkeypatch):
-    tracked = []
-
-    def watched(strokes, cameras, **options):
-        tracked.extend(cameras)
-        return track_directions(strokes, cameras, **options)
-
-    monkeypatch.setattr("brushgs.pipeline.film_track.track_directions", watched)
-    paint(scene)
-    assert len(tracked) == NUM_FRAMES + 1
-    assert tracked[-1] is tracked[0]
-    assert names("f") == [MANIFEST, *FILES]
-
-
 def views_at(name, places):
     """A file of cameras that look along +z."""
-    entry = {"width": 20, "height": 10, "fx": 9.0, "fy": 9.0, "rotation": np.eye(3).tolist(), "img_name": "a"}
-    Path(name).write_text(json.dumps([entry | {"id": i, "position": at} for i, at in enumerate(places)]))
-    return PathConfig(file=Path(name))
+    views = [bg.Camera.look_at(at, np.add(at, (0, 0, 1)), width=20, height=10) for at in places]
+    return PathConfig(file=write_cameras(name, views))
 
 
 def test_a_path_that_sees_nothing_is_refused_unless_one_view_of_many_does(scene, folder):
@@ -146,9 +88,7 @@ def test_frames_of_a_longer_sequence_that_follow_are_told(scene, folder):
     Path("f").mkdir()
     for number in (2, 6, 7):
         Path(f"f/{number:05}.png").write_bytes(b"old")
-    with pytest.warns(
-        bg.SceneWarning, match=r"2 files of an older sequence follow the last frame, from 00006"
-    ):
+    with pytest.warns(bg.SceneWarning, match="2 files of an older sequence follow the last frame, from 00"):
         paint(scene)
     assert Path("f/00002.png").read_bytes() != b"old"
     assert Path("f/00007.png").read_bytes() == b"old"
@@ -169,15 +109,15 @@ def test_a_video_shows_the_frames(scene, folder, name, least):
     worst = min(psnr(frame, 255 * read_image(f"f/{file}")) for frame, file in zip(frames, FILES, strict=True))
     assert worst > least
     assert report.output == name
-    assert stage(report, "write").counts["bytes"] == Path(name).stat().st_size
+    assert stages(report)["write"].counts["bytes"] == Path(name).stat().st_size
 
 
 def test_odd_sides_of_an_mp4_are_made_even_and_told(scene, folder):
     odd = changed(config(), view={"size": (47, 35)})
     report = paint(scene, "a.mp4", PathConfig(orbit=3), odd)
     assert read(Path("a.mp4"))[0][0].shape == (36, 48, 3)
-    assert "48x36: the last row or column is doubled" in stage(report, "write").did
-    assert "doubled" not in stage(paint(scene, "a.webm", PathConfig(orbit=3), odd), "write").did
+    assert "48x36: the last row or column is doubled" in stages(report)["write"].did
+    assert "doubled" not in stages(paint(scene, "a.webm", PathConfig(orbit=3), odd))["write"].did
 
 
 # ---- going on
@@ -185,19 +125,19 @@ def test_odd_sides_of_an_mp4_are_made_even_and_told(scene, folder):
 
 def test_only_what_is_missing_is_painted(scene, folder):
     report = paint(scene, is_resumed=True)  # which begins where there is nothing
-    assert stage(report, "paint").counts["painted"] == NUM_FRAMES
+    assert stages(report)["paint"].counts["painted"] == NUM_FRAMES
     whole = contents("f")
     stamps = {name: Path("f", name).stat().st_mtime_ns for name in FILES}
     Path("f/00001.png").unlink()
     Path("f/00004.png").write_bytes(whole["00004.png"][:-5])
     report = paint(scene, is_resumed=True)
     assert contents("f") == whole
-    assert (stage(report, "paint").counts["painted"], stage(report, "paint").counts["skipped"]) == (2, 4)
-    assert stage(report, "paint").skipped == ["4 frames: they exist, whole"]
+    assert (stages(report)["paint"].counts["painted"], stages(report)["paint"].counts["skipped"]) == (2, 4)
+    assert stages(report)["paint"].skipped == ["4 frames: they exist, whole"]
     kept = [name for name in FILES if Path("f", name).stat().st_mtime_ns == stamps[name]]
     assert kept == [FILES[0], FILES[2], FILES[3], FILES[5]]
     report = paint(scene, is_resumed=True)
-    assert stage(report, "paint").counts["painted"] == 0
+    assert stages(report)["paint"].counts["painted"] == 0
 
 
 @pytest.fixture(scope="module")
@@ -260,9 +200,7 @@ def test_another_scene_stroke_or_ground_of_the_same_name_is_not_gone_on_with(sce
 def test_frames_without_a_ledger_are_not_gone_on_with(scene, folder):
     paint(scene)
     Path("f", MANIFEST).unlink()
-    with pytest.raises(
-        bg.SceneError, match=r"no such manifest, so it is not known which painting the 6 frames"
-    ):
+    with pytest.raises(bg.SceneError, match="no such manifest, so it is not known which painting the 6 fr"):
         paint(scene, is_resumed=True)
 
 
@@ -283,6 +221,9 @@ def test_folders_and_patterns_are_numbered_files(folder, output, pattern):
     assert plan_output(output).pattern == Path(pattern)
 
 
+CLEAR = {"paint_config": config(background="transparent")}
+
+
 @for_each(
     ("output", "options", "sentence"),
     [
@@ -294,16 +235,8 @@ def test_folders_and_patterns_are_numbered_files(folder, output, pattern):
         ("a.mp4", {"is_resumed": True}, r"a video cannot be resumed .* numbered frames, -o a/"),
         ("f/", {"paint_config": config(background="redish")}, "background must be white, .* got 'redish'"),
         ("f/", {"scheduler": "host"}, r"scheduler must be an address such as tcp://host:8786, got 'host'"),
-        (
-            "a.mp4",
-            {"paint_config": config(background="transparent")},
-            r"must not be transparent in a\.mp4, .* choose a color, or write a\.mov or a\.webm",
-        ),
-        (
-            "f/%05d.jpg",
-            {"paint_config": config(background="transparent")},
-            r"not be transparent in %05d\.jpg, .* no transparency; choose a color, or write %05d\.png",
-        ),
+        ("a.mp4", CLEAR, r"not be transparent in a\.mp4, .* choose a color, or write a\.mov or a\.webm"),
+        ("f/%05d.jpg", CLEAR, r"in %05d\.jpg, .* no transparency; choose a color, or write %05d\.png"),
     ],
 )
 def test_an_output_that_cannot_be_is_refused_before_any_work(folder, output, options, sentence):
@@ -329,7 +262,7 @@ def test_a_painting_that_was_stopped_is_finished_to_the_same_files(scene, folder
     monkeypatch.undo()
     monkeypatch.chdir(folder)
     report = paint(scene, "f/", is_resumed=True)
-    assert stage(report, "paint").counts["painted"] == 3
+    assert stages(report)["paint"].counts["painted"] == 3
     assert contents("f") == contents("whole")
 
 

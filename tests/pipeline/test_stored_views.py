@@ -17,9 +17,7 @@ from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.runner import Memory
 from brushgs.pipeline.views import choose_first_view
-from tests.kit.commands import save_opaque
-from tests.kit.configs import BLIND, changed, without_look
-from tests.scenes import real_scene, still_life_of
+from tests.kit import BLIND, changed, real_scene, save_opaque, still_life_of, without_look
 
 VIEW = ViewConfig(size=(64, 48), azimuth=2.0, elevation=0.7, zoom=1.3)
 

@@ -7,7 +7,6 @@ import pytest
 
 import brushgs as bg
 from brushgs.formats.styles import read_style, write_style
-from brushgs.options.painting import ViewConfig
 from brushgs.options.styling import DIALS
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
@@ -15,21 +14,16 @@ from brushgs.still_life import still_life_camera
 from brushgs.values.colors import oklab_of
 from brushgs.values.sh import base_colors
 from brushgs.values.style import StyleLines
-from tests.scenes import still_life_of
+from tests.kit import blind, still_life_of
 
 CAMERA = still_life_camera(width=96, height=72)
-LOOK = bg.Look.open("oil").config
 COLORS = {  # of paper and ink
     "cream": ((0.93, 0.9, 0.82), (0.1, 0.09, 0.09)),
     "blue": ((0.3, 0.45, 0.75), (0.1, 0.15, 0.4)),
 }
 LEAST = 0.002  # OKLab chroma that nobody sees
-SMALL = replace(
-    LOOK,
-    cluster=replace(LOOK.cluster, strokes=400),
-    strokes=replace(LOOK.strokes, see="off", edges=0),  # which look at colors and brushes
-    view=ViewConfig(size=(96, 72)),
-)
+# Strokes that see, and edges, look at colors and brushes.
+SMALL = blind("oil", 400, (96, 72), strokes={"edges": 0})
 
 
 def chroma(rgb):
@@ -40,9 +34,8 @@ def drawing(paper, ink, height=96, width=120):
     """Bent black bands on paper."""
     y, x = np.mgrid[:height, :width]
     bands = np.sin(0.11 * x + 3 * np.sin(0.03 * y)) > 0.3
-    picture = np.where(bands[..., None], ink, paper) + np.random.default_rng(0).normal(
-        0, 0.01, (height, width, 1)
-    )
+    picture = np.where(bands[..., None], ink, paper)
+    picture = picture + np.random.default_rng(0).normal(0, 0.01, (height, width, 1))
     return np.clip(picture, 0, 1)
 
 

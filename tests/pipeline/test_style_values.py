@@ -12,14 +12,8 @@ from brushgs.pipeline.style_values import count_of, style_values
 from brushgs.values.colors import oklab_of, rgb_of, rgb_of_oklab
 from brushgs.values.style import Style, StyleMarks
 
-MARKS = StyleMarks(
-    0.04,
-    2.0,
-    np.zeros((2, 2, 2), np.float32),
-    broken_lightness=0.03,
-    ground=np.array([0.2, 0.3, 0.4]),
-    relief=0.2,
-)
+MARKS = StyleMarks(0.04, 2.0, np.zeros((2, 2, 2), np.float32), broken_lightness=0.03, relief=0.2)
+MARKS = replace(MARKS, ground=np.array([0.2, 0.3, 0.4]))
 
 
 def style_of(**fields):

@@ -15,11 +15,8 @@ from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life_camera
 from brushgs.values.sh import base_colors
-from brushgs.values.style import Style, StyleEdit
-from tests.kit.commands import refused, run
-from tests.kit.configs import BLIND, changed, without_look
-from tests.kit.for_each import for_each
-from tests.scenes import still_life_of
+from brushgs.values.style import StyleEdit
+from tests.kit import BLIND, changed, for_each, refused, run, still_life_of, without_look
 
 SCENE = still_life_of(1000)
 SIZE = (96, 72)
@@ -36,9 +33,9 @@ DIMMED = StyleEdit(np.column_stack([0.5 * np.eye(3), np.zeros(3)]))
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
     path = tmp_path_factory.mktemp("styles")
-    write_style(Style("negative", edit=NEGATIVE), path / "negative.style")
-    write_style(Style("dimmed", edit=DIMMED), path / "dimmed.style")
-    write_style(Style("larger", edit=replace(NEGATIVE, log_size=0.5)), path / "larger.style")
+    write_style(bg.Style("negative", edit=NEGATIVE), path / "negative.style")
+    write_style(bg.Style("dimmed", edit=DIMMED), path / "dimmed.style")
+    write_style(bg.Style("larger", edit=replace(NEGATIVE, log_size=0.5)), path / "larger.style")
     return path
 
 
@@ -76,9 +73,8 @@ def test_an_affine_style_is_a_map_of_the_picture_the_dial_and_the_mix_are_linear
 
 
 def test_what_lies_around_a_scene_takes_the_style_too(place):
-    coats = [
-        prepare(SCENE, c, Report()).painting.coats[0] for c in (PAINT, config_of("negative.style", place))
-    ]
+    configs = PAINT, config_of("negative.style", place)
+    coats = [prepare(SCENE, config, Report()).painting.coats[0] for config in configs]
     assert [coat.name for coat in coats] == [BACKDROP, BACKDROP]
     plain, negative = (base_colors(coat.strokes.sh) for coat in coats)
     np.testing.assert_allclose(negative, 1 - plain, atol=1e-3)

@@ -18,8 +18,7 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.views_sheet import CELL, NUM_AZIMUTHS, plan_sheet, sheet_beside, write_sheet
 from brushgs.rendering import letters
 from tests.first_view.made_walks import street
-from tests.kit.for_each import for_each
-from tests.scenes import still_life_of
+from tests.kit import for_each, still_life_of
 
 SMALL = ViewConfig(size=(40, 30))
 UPS = (("+z", 0.41), ("-y", 0.38), ("+y", 0.12), ("-z", 0.05), ("+x", 0.02), ("-x", 0.02))

@@ -6,18 +6,13 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.options.clip import ClipConfig
 from brushgs.options.sequence import PathConfig
-from brushgs.passes.color.squint import lab_of
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering.effect import without_effect
-from brushgs.rendering.wet_layer import WetLayer
 from brushgs.still_life import still_life_camera
-from brushgs.values.moving import MovingScene
-from tests.kit.configs import blind
-from tests.scenes import still_life_of
+from tests.kit import blind, still_life_of
 
 SIZE = 240, 180
 CAMERA = still_life_camera(width=SIZE[0], height=SIZE[1])
@@ -27,27 +22,6 @@ CAMERA = still_life_camera(width=SIZE[0], height=SIZE[1])
 def prepared():
     config = blind("watercolour", 3000, SIZE)
     return prepare(still_life_of(6000), config, Report(), views=CAMERA, asks=PICTURE)
-
-
-def test_lights_are_the_paper_and_darks_are_dark(prepared):
-    painting = prepared.painting
-    picture = painting.frame(CAMERA).rgb
-    shown = painting.coats[[coat.name for coat in painting.coats].index("wash")]
-    subject = replace(painting, coats=(replace(shown, effect=None),)).frame(CAMERA)
-    lab, paper = (lab_of(rgb.reshape(-1, 3).astype(np.float64)) for rgb in (picture, painting.surface.rgb))
-    assert (np.linalg.norm(lab - paper, axis=1) < 2.5).mean() >= 0.08
-    assert np.percentile(lab[:, 0], 2) < 25
-    assert subject.alpha.max() > 0.9
-
-
-def test_washes_run_touches_are_glazes_and_pencil_is_near_the_focus(prepared):
-    coats = {coat.name: coat for coat in prepared.painting.coats}
-    layer = coats["wash"].effect
-    assert isinstance(layer, WetLayer)
-    assert coats["touches"].blend == "glaze"
-    assert 20 <= len(coats["touches"].strokes) <= 500
-    if "lines" in coats:
-        assert layer.anchor.distances(coats["lines"].strokes.means).max() < 2
 
 
 def test_without_its_effect_a_wash_is_soft_paint_to_the_bit(prepared):
@@ -77,7 +51,7 @@ def test_where_the_camera_moves_outlines_are_half_lost_and_washes_run_off_the_sh
 def test_washes_of_a_scene_that_moves_before_a_camera_at_rest_keep_their_border(prepared):
     config = blind("watercolour", 500, SIZE)
     scene = still_life_of(1000)
-    clip = Clip(MovingScene(0.5, True, lambda time: scene), ClipConfig(fps=8))
+    clip = Clip(bg.MovingScene(0.5, True, lambda time: scene), bg.ClipConfig(fps=8))
     painting = prepare(clip, config, Report(), views=CAMERA, asks=PICTURE).painting
     (layer,) = (coat.effect for coat in painting.coats if coat.name == "wash")
     assert layer.has_border

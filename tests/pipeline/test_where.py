@@ -1,6 +1,6 @@
 """Commands limited to a part of the scene: outside nothing changes, bit for bit."""
 
-import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,13 +8,12 @@ import pytest
 import brushgs as bg
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.where import Where, WhereConfig
-from brushgs.passes.color.recolor import Palette, recolor
 from brushgs.pipeline.masks import MaskOpener
 from brushgs.pipeline.report import Report
 from brushgs.pipeline.where import where_in
 from brushgs.still_life import still_life_camera
 from brushgs.values.gaussians import GAUSSIAN_COLUMNS
-from tests.kit.commands import run, save_opaque, stages_of
+from tests.kit import run, save_opaque, stages_of, write_cameras
 
 HALF = "half:1,0,0,0"
 
@@ -51,7 +50,7 @@ def test_commands_leave_the_rest_as_it_is(stored, scene, folder, capsys):
     assert run(capsys, *words)[0] == 0
     found = bg.load("colored.ply")
     np.testing.assert_array_equal(found.sh[~inside], stored.sh[~inside])
-    alone = recolor(stored.take(inside), Palette.of_image(read_image("a.png")))
+    alone = bg.recolor(stored.take(inside), bg.Palette.of_image(read_image("a.png")))
     np.testing.assert_allclose(found.sh[inside], alone.sh, rtol=1e-5, atol=1e-6)
 
 
@@ -63,15 +62,9 @@ def test_all_of_a_scene_as_its_part_is_told(stored):
 
 
 def camera_file(path, names=("images/one.jpg", "images/two.jpg")):
-    entries = []
-    for name, shift in zip(names, (0.0, 0.5), strict=True):
-        camera = still_life_camera(width=64, height=48)
-        rotation = camera.viewmat[:3, :3].T
-        entry = {"position": (camera.position + shift * rotation[:, 0]).tolist(), "width": 64, "height": 48}
-        entry |= {"rotation": rotation.tolist(), "fx": camera.K[0, 0], "fy": camera.K[1, 1]}
-        entries.append(entry | ({} if name is None else {"img_name": name}))
-    path.write_text(json.dumps(entries))
-    return path
+    first = still_life_camera(width=64, height=48)
+    aside = first.viewmat - np.array([[0, 0, 0, 0.5], *np.zeros((3, 4))])
+    return write_cameras(path, [first, replace(first, viewmat=aside)], names)
 
 
 def write_mask(path, inside):
@@ -92,7 +85,7 @@ def test_masks_belong_to_cameras_by_name_or_by_order(tmp_path):
     np.testing.assert_allclose(view.camera.viewmat, second.viewmat)
     assert view.camera.K[0, 0] == pytest.approx(2 * second.K[0, 0])
     with pytest.raises(bg.SceneError, match=r"1 masks for the 2 cameras of nameless\.json; name each"):
-        MaskOpener(camera_file(tmp_path / "nameless.json", (None, None)))(masks)
+        MaskOpener(camera_file(tmp_path / "nameless.json", ()))(masks)
     write_mask(masks / "10.png", 1 - left)
     with pytest.raises(bg.SceneError, match=r"10\.png.*has no camera of this name"):
         named(masks)

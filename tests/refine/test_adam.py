@@ -40,17 +40,6 @@ def test_steps_are_those_of_torch():
         assert not torch.equal(moving[name], start()[name])
 
 
-def test_a_stopped_run_goes_on_as_if_it_had_not_been():
-    whole, stopped = start(), start()
-    run(whole, Adam(whole, RATES), (1.0, 0.7, 0.2))
-    before = Adam(stopped, RATES)
-    run(stopped, before, (1.0,))
-    after = Adam(stopped, RATES)
-    after.restore(before.state())
-    run(stopped, after, (0.7, 0.2))
-    assert all(torch.equal(whole[name], stopped[name]) for name in RATES)
-
-
 def test_a_state_of_other_parameters_is_refused():
     moving = start()
     wider = {name: torch.zeros(6, 3, requires_grad=True) for name in RATES}
@@ -65,15 +54,3 @@ def test_what_has_no_gradient_stays():
     optimizer.step(1.0)
     assert torch.equal(moving["colors"], start()["colors"])
     assert moving["means"].grad is None
-
-
-def test_rows_at_a_share_of_the_rate_take_that_share_of_each_step():
-    whole, shared = (torch.ones(4, 2).requires_grad_() for _ in range(2))
-    shares = torch.tensor([1.0, 0.5, 0.25, 1.0])
-    optimizers = Adam({"a": whole}, {"a": 0.1}), Adam({"a": shared}, {"a": 0.1}, shares)
-    for value, optimizer in zip((whole, shared), optimizers, strict=True):
-        value.grad = torch.arange(1.0, 9.0).view(4, 2)
-        optimizer.step(1.0)
-    moved = [1 - value.detach() for value in (whole, shared)]
-    torch.testing.assert_close(moved[1], moved[0] * shares[:, None])
-    assert torch.equal(moved[1][[0, 3]], moved[0][[0, 3]])

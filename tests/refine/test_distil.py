@@ -23,9 +23,7 @@ from brushgs.refine.fit import Drawing, FitSchedule  # noqa: E402
 from brushgs.refine.targets import TargetView  # noqa: E402
 from brushgs.refine.variables import Rates, Variables  # noqa: E402
 from brushgs.refine.views import views_around  # noqa: E402
-from tests.kit.commands import names, refused, stages_of  # noqa: E402
-from tests.kit.for_each import for_each  # noqa: E402
-from tests.scenes import save_upright, still_life_of  # noqa: E402
+from tests.kit import for_each, names, refused, save_upright, stages_of, still_life_of  # noqa: E402
 
 COLUMNS = ("means", "quats", "scales", "opacities", "sh")
 

@@ -5,6 +5,8 @@ import shutil
 import numpy as np
 import pytest
 
+from tests.kit import for_each, save_opaque, still_life_of
+
 pytest.importorskip("torch", reason="needs the extra [refine]")
 pytest.importorskip("kornia", reason="needs the extra [refine]")
 
@@ -15,9 +17,7 @@ from brushgs.formats import read_scene
 from brushgs.formats.styles import read_style, write_style
 from brushgs.refine.painting_style import SIZE, open_style, painted
 from tests.io.styles import example
-from tests.kit.for_each import for_each
 from tests.kit.mark_paintings import paint
-from tests.scenes import still_life_of
 
 SMALL = ("--size", "64x48", "--views", "2", "--steps", "2", "--up", "-y", "--see", "off", "--quiet")
 
@@ -27,8 +27,7 @@ def folder(tmp_path_factory):
     """Folder with scene.ply, painting.png and what one run makes of them: out.ply and out.style."""
     folder = tmp_path_factory.mktemp("in_style")
     bg.save(still_life_of(1000), folder / "scene.ply")
-    rgb = paint("hatching", size=(240, 180))
-    bg.save(bg.Frame(rgb, np.ones(rgb.shape[:2], np.float32), None), folder / "painting.png")
+    save_opaque(folder / "painting.png", paint("hatching", size=(240, 180)))
     assert refine(folder, folder / "out.ply") == 0
     return folder
 
@@ -132,7 +131,7 @@ def test_a_painting_is_learnt_again_from_what_its_style_paints(folder, tmp_path)
     np.testing.assert_array_equal(picture, painted(style))
     mean = style.palette.weights @ np.clip(style.palette.samples, 0, 1)
     assert np.abs(picture.mean(axis=(0, 1)) - mean).max() < 0.08
-    bg.save(bg.Frame(picture, np.ones(picture.shape[:2], np.float32), None), tmp_path / "again.png")
+    save_opaque(tmp_path / "again.png", picture)
     again = open_style(tmp_path / "again.png").style.marks
     assert again.length == pytest.approx(learned.length, rel=0.4)
     assert again.aspect > 0.5 * learned.aspect

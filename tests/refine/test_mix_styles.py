@@ -14,13 +14,8 @@ from tests.io.styles import example
 
 def styles():
     first = example.painting()
-    marks = replace(
-        first.marks,
-        length=0.01,
-        aspect=2.0,
-        directions=-first.marks.directions[:5],
-        brushes=first.marks.brushes[:1],
-    )
+    one = {"directions": -first.marks.directions[:5], "brushes": first.marks.brushes[:1]}
+    marks = replace(first.marks, length=0.01, aspect=2.0, **one)
     return first, replace(first, name="other", marks=marks)
 
 
@@ -37,11 +32,7 @@ def test_a_mix_has_all_colors_in_their_shares_and_the_means_of_marks():
 
 @pytest.mark.parametrize(
     ("text", "colors", "length"),
-    [
-        ("a:1;color=0,b:0", 3, 0.043),
-        ("a:0.5;marks=0,b:0.5", 6, 0.01),
-        ("a:0.5;marks=0,b:0.5;marks=0", 6, None),
-    ],
+    [("a;color=0,b:0", 3, 0.043), ("a:0.5;marks=0,b:0.5", 6, 0.01), ("a:0.5;marks=0,b:0.5;marks=0", 6, None)],
 )
 def test_dials_leave_properties_out(text, colors, length):
     style = mixed(styles(), StyleConfig.parse(text))

@@ -2,18 +2,20 @@
 
 import json
 import pickle
+import shutil
+from io import BytesIO
 
 import numpy as np
 import pytest
 
+from tests.kit import for_each, save_opaque
+
 torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 pytest.importorskip("transformers", reason="needs the extra [text]")
 
-import brushgs as bg  # noqa: E402
 from brushgs.cli import main  # noqa: E402
 from brushgs.refine.perceptual import LPIPS_FILE, NETWORKS, ClipPictures, Dino, Dists, Lpips  # noqa: E402
 from brushgs.refine.vgg import WIDTHS  # noqa: E402
-from tests.kit.for_each import for_each  # noqa: E402
 from tests.passes.where.tiny_clip import SIDE, save_tiny_clip  # noqa: E402
 from tests.refine.weights import random_vgg  # noqa: E402
 
@@ -110,8 +112,7 @@ def test_the_command_prints_every_measure_and_the_hashes(folder, tmp_path, capsy
     for name in ("painted", "plain"):
         (tmp_path / name).mkdir()
         for row in range(2):
-            picture = pictures(20, 30, seed=row)[name == "plain"]
-            bg.save(bg.Frame(picture, np.ones((20, 30), np.float32), None), tmp_path / name / f"{row}.png")
+            save_opaque(tmp_path / name / f"{row}.png", pictures(20, 30, seed=row)[name == "plain"])
     words = [str(tmp_path / "painted"), "--plain", str(tmp_path / "plain"), "--weights", str(folder)]
     assert main(["compare", *words, "--style", str(tmp_path / "plain" / "0.png"), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -125,7 +126,7 @@ def test_the_command_prints_every_measure_and_the_hashes(folder, tmp_path, capsy
 
 
 def test_what_is_missing_is_one_sentence_and_the_rest_is_measured(tmp_path, capsys):
-    bg.save(bg.Frame(pictures(20, 20)[0], np.ones((20, 20), np.float32), None), tmp_path / "a.png")
+    save_opaque(tmp_path / "a.png", pictures(20, 20)[0])
     assert main(["compare", str(tmp_path / "a.png"), "--weights", str(tmp_path)]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[0].startswith("uiqm")
@@ -142,19 +143,22 @@ class Code:
         return (print, ("code ran",))
 
 
-DAMAGES = [
-    ("cannot be read as weights", lambda path, state: path.write_bytes(pickle.dumps(Code()))),
-    ("cannot be read as weights", lambda path, state: torch.save({"lin0.model.1.weight": Code()}, path)),
-    ("cannot be read as weights", lambda path, state: path.write_bytes(path.read_bytes()[:1000])),
-    ("is not a state dict of tensors", lambda path, state: torch.save([1, 2], path)),
-    (
-        "lin0.model.1.weight must have shape [1, 64, 1, 1], got [3]",
-        lambda path, state: torch.save(state | {"lin0.model.1.weight": torch.zeros(3)}, path),
-    ),
-    (
-        "lin0.model.1.weight must hold finite floats",
-        lambda path, state: torch.save({name: np.nan * value for name, value in state.items()}, path),
-    ),
+LIN = "lin0.model.1.weight"
+
+
+def saved(value):
+    """The bytes of a file of torch."""
+    torch.save(value, file := BytesIO())
+    return file.getvalue()
+
+
+DAMAGES = [  # and what is saved in place of the weights
+    ("cannot be read as weights", lambda weights: pickle.dumps(Code())),
+    ("cannot be read as weights", lambda weights: {LIN: Code()}),
+    ("cannot be read as weights", lambda weights: saved(weights)[:1000]),
+    ("is not a state dict of tensors", lambda weights: [1, 2]),
+    (f"{LIN} must have shape [1, 64, 1, 1], got [3]", lambda weights: weights | {LIN: torch.zeros(3)}),
+    (f"{LIN} must hold finite floats", lambda weights: weights | {LIN: np.nan * weights[LIN]}),
 ]
 
 
@@ -163,9 +167,9 @@ def test_damaged_weights_end_with_one_sentence(sentence, damage, folder, tmp_pat
     if not (tmp_path / "vgg16.safetensors").exists():
         (tmp_path / "vgg16.safetensors").symlink_to(folder / "vgg16.safetensors")
     path = tmp_path / LPIPS_FILE.names[0]
-    path.write_bytes((folder / path.name).read_bytes())
-    damage(path, dict(torch.load(path, weights_only=True)))
-    bg.save(bg.Frame(pictures(20, 20)[0], np.ones((20, 20), np.float32), None), tmp_path / "a.png")
+    damaged = damage(dict(torch.load(folder / path.name, weights_only=True)))
+    path.write_bytes(damaged if isinstance(damaged, bytes) else saved(damaged))
+    save_opaque(tmp_path / "a.png", pictures(20, 20)[0])
     words = [str(tmp_path / "a.png"), "--plain", str(tmp_path / "a.png"), "--weights", str(tmp_path)]
     assert main(["compare", *words]) == 2
     out, error = capsys.readouterr()
@@ -178,11 +182,9 @@ def test_damaged_weights_end_with_one_sentence(sentence, damage, folder, tmp_pat
 def test_damaged_models_end_with_one_sentence(folder, tmp_path, capsys):
     from safetensors.torch import load_file, save_file
 
-    bg.save(bg.Frame(pictures(20, 20)[0], np.ones((20, 20), np.float32), None), tmp_path / "a.png")
+    save_opaque(tmp_path / "a.png", pictures(20, 20)[0])
     words = ["compare", str(tmp_path / "a.png"), "--plain", str(tmp_path / "a.png")]
-    (tmp_path / "dino").mkdir()
-    for file in (folder / "dino").iterdir():
-        (tmp_path / "dino" / file.name).write_bytes(file.read_bytes())
+    shutil.copytree(folder / "dino", tmp_path / "dino")
     path = tmp_path / "dino" / "model.safetensors"
     nan = {name: torch.full_like(value, torch.nan) for name, value in load_file(path).items()}
     save_file(nan, path, metadata={"format": "pt"})

@@ -9,16 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.kit import for_each, names, refused, run, save_opaque, save_upright, still_life_of
+
 torch = pytest.importorskip("torch", reason="needs the extra [refine]")
 
-import brushgs as bg  # noqa: E402
 from brushgs import cli  # noqa: E402
 from brushgs.formats.scenes import write  # noqa: E402
 from brushgs.refine import fit as fit_module  # noqa: E402
-from tests.kit.commands import names, refused, run  # noqa: E402
-from tests.kit.for_each import for_each  # noqa: E402
 from tests.refine.stops import stopping_after  # noqa: E402
-from tests.scenes import save_upright, still_life_of  # noqa: E402
 
 SMALL = ["--strokes", "100", "--steps", "10", "--views", "4", "--size", "64x48", "--stroke", "flat"]
 SMALL += ["--up", "-y", "--see", "off"]
@@ -129,12 +127,9 @@ def test_resume_without_a_checkpoint_says_so_and_starts(scene, made, capsys):
 def test_a_checkpoint_is_refused_with_other_options(stopped, scene, capsys, words, differing):
     if "--style" in words:
         pytest.importorskip("kornia", reason="needs the extra [refine]")
-        rgb = np.full((8, 8, 3), (0.1, 0.2, 0.8), np.float32)
-        bg.save(bg.Frame(rgb, np.ones((8, 8), np.float32), np.zeros((8, 8), np.float32)), "style.png")
+        save_opaque("style.png", np.full((8, 8, 3), (0.1, 0.2, 0.8)))
     err = refused(capsys, "refine", scene, *SMALL, *words, "--resume")
-    pattern = (
-        rf"brushgs: {CHECKPOINT}: is the checkpoint of another fit \((.*)\); give the scene and the options"
-    )
+    pattern = rf"brushgs: {CHECKPOINT}: is the checkpoint of another fit \((.*)\); give the scene and"
     assert re.fullmatch(differing, re.match(pattern, err)[1]), err
     assert CHECKPOINT in names()
 

@@ -140,11 +140,3 @@ def test_layers_are_groups_by_block_for_nnfm_and_each_alone_for_gram(vgg_file):
     assert all(torch.equal(whole, torch.cat(parts)) for whole, parts in pairs)
     with pytest.raises(ValueError, match="block 3 of VGG-16 has 3 layers"):
         Vgg(path, ["conv3_4"])
-
-
-def test_safetensors_hold_the_same_weights(vgg_file, tmp_path):
-    from safetensors.torch import save_file
-
-    path = vgg_file(19)
-    save_file(dict(torch.load(path, weights_only=True)), tmp_path / "w.safetensors")
-    assert torch.equal(Vgg(path)(noise(64, 96))[0], Vgg(tmp_path / "w.safetensors")(noise(64, 96))[0])

@@ -9,9 +9,8 @@ from brushgs.values.quats import quat_products
 
 def with_ids(strokes: Gaussians, ids=None) -> Gaussians:
     columns = strokes.columns()
-    return Gaussians(
-        **columns, ids=np.arange(len(strokes), dtype=np.int32) if ids is None else np.asarray(ids, np.int32)
-    )
+    ids = np.arange(len(strokes)) if ids is None else ids
+    return Gaussians(**columns, ids=np.asarray(ids, np.int32))
 
 
 def turn_about(axes, angles) -> np.ndarray:

@@ -12,16 +12,8 @@ TOLERANCE = 0.05
 
 def curve(rows=PIECES):
     centers = np.stack([LENGTH * (np.arange(rows) + 0.5), np.full(rows, 5.0)], axis=1)
-    ones = np.ones(rows)
-    return Boxes(
-        centers,
-        np.tile([LENGTH / 2, 1.0], (rows, 1)),
-        0 * ones,
-        ones,
-        np.zeros((rows, 3)),
-        ones,
-        np.arange(rows),
-    )
+    half_extents, ones = np.tile([LENGTH / 2, 1.0], (rows, 1)), np.ones(rows)
+    return Boxes(centers, half_extents, 0 * ones, ones, np.zeros((rows, 3)), ones, np.arange(rows))
 
 
 def laid(limit, boxes=None, chains=None):

@@ -13,8 +13,7 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions, render_with
 from brushgs.rendering.relief import Relief
 from brushgs.still_life import still_life_camera
-from tests.kit.for_each import for_each
-from tests.scenes import still_life_of
+from tests.kit import for_each, still_life_of
 
 CAMERA = still_life_camera(width=240, height=180)
 KERNEL = bg.StrokeTexture.open("gaussian")

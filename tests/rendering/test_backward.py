@@ -6,28 +6,23 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgs.brushes.brush_set import BrushSet
+import brushgs as bg
 from brushgs.brushes.levels import level_coverage, level_gradient, unrounded_coverage
-from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.backward import BOX_COLUMNS, FrameGradients, rasterize_backward
 from brushgs.rendering.constants import MAX_ALPHA
-from brushgs.rendering.rasterize import RasterOptions, rasterize, rasterize_traced
+from brushgs.rendering.rasterize import RasterOptions, rasterize_traced
 from brushgs.rendering.underpaint import Underpaint
-from brushgs.values.boxes import Boxes
-from brushgs.values.frame import Frame
 from tests.differences import assert_same_gradient, central_differences
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
+from tests.rendering.paintings import Painting, assert_identical, painting_of
 from tests.rendering.strokes import (
     IMAGES,
     PATHS,
     SOLID,
-    Painting,
-    assert_identical,
     boxes_of,
     bristles,
-    painting_of,
     random_boxes,
     softened,
     texture_of,
@@ -37,7 +32,7 @@ SIZE = {"width": 41, "height": 23}  # cut tiles and blocks
 SHAPE = (SIZE["height"], SIZE["width"])
 MANY = ("bristles", "tinted", "three")
 DTYPES = (np.float32, np.float64)
-FLAT = StrokeTexture.from_coverage(np.full((2, 2), 255, np.uint8))
+FLAT = bg.StrokeTexture.from_coverage(np.full((2, 2), 255, np.uint8))
 
 
 def weights(dtype=np.float64, shape=SHAPE):
@@ -46,12 +41,12 @@ def weights(dtype=np.float64, shape=SHAPE):
     return v_rgb, v_alpha, {"depth": v_depth}
 
 
-def loss_of(frame: Frame, v) -> float:
+def loss_of(frame: bg.Frame, v) -> float:
     return float((frame.rgb * v[0]).sum() + (frame.alpha * v[1]).sum() + (frame.depth * v[2]["depth"]).sum())
 
 
-def backward(boxes: Boxes, texture, filter="bilinear", v=None, **options):
-    frame = rasterize(boxes, texture, filter=filter, **SIZE)
+def backward(boxes: bg.Boxes, texture, filter="bilinear", v=None, **options):
+    frame = bg.rasterize(boxes, texture, filter=filter, **SIZE)
     v = weights(boxes.centers.dtype) if v is None else v
     how = RasterOptions(**SIZE, filter=filter)
     return rasterize_backward(boxes, texture, frame, FrameGradients(*v), how, **options)
@@ -71,7 +66,7 @@ def test_gradients_are_differences_of_the_definition(words):
     half_extents[:, 1] = np.geomspace(2, 14, 12) if "streaked" in words else half_extents[:, 1]
     boxes = replace(painting.boxes, opacities=np.linspace(0.2, 1, 12), half_extents=half_extents)
     v, how = weights(shape=(18, 33)), painting.options
-    frame = rasterize(boxes, painting.brush, **how)
+    frame = bg.rasterize(boxes, painting.brush, **how)
     actual = rasterize_backward(boxes, painting.brush, frame, FrameGradients(*v), RasterOptions(**how))
     for name in BOX_COLUMNS:
 
@@ -123,7 +118,7 @@ def test_the_gradient_by_coverage_is_a_difference_of_the_definition(filter, shap
     """Changes of a texel are floats here, on top of the 8 bits that the picture was painted with."""
     g = np.random.default_rng(0)
     coverage = g.integers(60, 200, shape).astype(np.uint8)
-    texture, v = StrokeTexture.from_coverage(coverage), weights()
+    texture, v = bg.StrokeTexture.from_coverage(coverage), weights()
     boxes = random_boxes(6, **SIZE, seed=4, sizes=(2, 14))
     actual = backward(boxes, texture, filter, with_coverage=True).coverage
 
@@ -145,7 +140,7 @@ def test_the_gradient_by_coverage_is_a_difference_of_the_definition(filter, shap
         texels.flat[some] = values
         return loss_of(picture(texels), v)
 
-    painted = rasterize(boxes, texture, filter=filter, **SIZE)
+    painted = bg.rasterize(boxes, texture, filter=filter, **SIZE)
     np.testing.assert_allclose(picture(coverage.astype(float)).rgb, painted.rgb, atol=1e-9)
     numerical = 255 * central_differences(loss, coverage.flat[some].astype(float), step=1e-4)
     assert numerical.any()
@@ -161,8 +156,8 @@ def test_gradients_by_the_coverage_of_each_brush(filter):
     v, how = g.normal(size=(11, 14, 3)), {"filter": filter, "min_transmittance": 0, "width": 14, "height": 11}
 
     def painted(coverages):
-        brushes = BrushSet(tuple(map(StrokeTexture.from_coverage, coverages)))
-        return brushes, rasterize(boxes, brushes, **how)
+        brushes = bg.BrushSet(tuple(map(bg.StrokeTexture.from_coverage, coverages)))
+        return brushes, bg.rasterize(boxes, brushes, **how)
 
     given = *painted(coverages), FrameGradients(v), RasterOptions(**how)
     found = rasterize_backward(boxes, *given, with_coverage=True)
@@ -223,7 +218,7 @@ def test_float32_is_close_to_float64_also_under_many_layers():
     columns = {"angles": g.uniform(-3, 3, 40), "colors": g.uniform(0, 1, (40, 3))}
     columns |= {"opacities": g.uniform(0.05, 0.95, 40), "dtype": np.float32}
     boxes = boxes_of(g.uniform(12, 28, (40, 2)) * (1, 0.5), g.uniform(4, 12, (40, 2)), **columns)
-    texture = StrokeTexture.open("gaussian")
+    texture = bg.StrokeTexture.open("gaussian")
     single, double = (backward(b, texture) for b in (boxes, boxes.astype(np.float64)))
     for name in BOX_COLUMNS:
         actual, expected = getattr(single, name), getattr(double, name)
@@ -232,9 +227,9 @@ def test_float32_is_close_to_float64_also_under_many_layers():
         assert np.linalg.norm(actual - expected) <= 3e-5 * np.linalg.norm(expected), name
 
 
-def traced(boxes: Boxes, texture, **how):
+def traced(boxes: bg.Boxes, texture, **how):
     options = RasterOptions(**{"filter": "bilinear", "num_threads": 2} | how)
-    return rasterize_traced(boxes, BrushSet.of(texture), options)
+    return rasterize_traced(boxes, bg.BrushSet.of(texture), options)
 
 
 @for_each(("words", "dtype"), pairs_of([*PATHS, *(f"{path} layered" for path in IMAGES)], DTYPES))
@@ -242,7 +237,7 @@ def test_neither_threads_nor_what_painting_kept_change_a_bit(words, dtype):
     """Of strokes that hide others, some behind finished pixels and finished tiles."""
     boxes, texture, how = painting_of(words, 2000, 101, 57, dtype=dtype)
     frame, trace = traced(boxes, texture, **how)
-    assert_identical(frame, rasterize(boxes, texture, **how))
+    assert_identical(frame, bg.rasterize(boxes, texture, **how))
     v, has_image = weights(dtype, (57, 101)), "gaussian" not in words and "ellipse" not in words
     results = [
         rasterize_backward(
@@ -260,7 +255,7 @@ def test_neither_threads_nor_what_painting_kept_change_a_bit(words, dtype):
 
 def test_a_trace_of_other_boxes_softness_and_a_kernel_without_an_image_are_refused():
     boxes, brush = random_boxes(5, **SIZE), bristles()
-    given = rasterize(boxes, brush, **SIZE), FrameGradients(*weights()), RasterOptions(**SIZE)
+    given = bg.rasterize(boxes, brush, **SIZE), FrameGradients(*weights()), RasterOptions(**SIZE)
     for other, size in ((boxes.take(np.s_[:4]), SIZE), (boxes, {"width": 99, "height": 23})):
         _, trace = traced(other, brush, **size)
         with pytest.raises(ValueError, match="trace must be of painting these boxes"):

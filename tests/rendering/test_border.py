@@ -39,9 +39,8 @@ def test_which_boxes_are_left_belongs_to_their_rows():
     np.testing.assert_array_equal(thin_to_border(some, CAMERA).opacities, thinned.opacities[100:200])
     assert (thin_to_border(boxes, CAMERA, seed=1).opacities != thinned.opacities).any()
     large = replace(CAMERA, K=CAMERA.K * [[2, 1, 2], [1, 2, 2], [1, 1, 1]], width=800, height=600)
-    np.testing.assert_allclose(
-        thin_to_border(replace(boxes, centers=2 * boxes.centers), large).opacities, thinned.opacities
-    )
+    doubled = replace(boxes, centers=2 * boxes.centers)
+    np.testing.assert_allclose(thin_to_border(doubled, large).opacities, thinned.opacities)
 
 
 @for_each("dtype", [np.float32, np.float64])

@@ -12,8 +12,7 @@ from brushgs.rendering.canonical import directions_of, fit_canonical
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.visibility import visible_areas
-from tests.kit.for_each import for_each
-from tests.scenes import still_life_of
+from tests.kit import for_each, still_life_of
 
 FLAT = bg.BrushSet.open("flat")
 

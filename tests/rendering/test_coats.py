@@ -80,9 +80,8 @@ def test_a_surface_makes_the_picture_opaque_unless_strokes_are_to_stand_alone():
 def test_glazes_multiply_the_ground_and_what_is_painted():
     glaze, color = strokes_at(0, (0.5, 0.9, 0.4), opacity=0.6), (0.9, 0.8, 0.7)
     painting = Painting((coat(glaze, blend="glaze"),), surface_of(color))
-    tint = bg.rasterize(
-        painting.coats[0].boxes(CAMERA)[0], TEXTURE, height=72, width=96, blend="glaze", num_threads=1
-    ).rgb
+    how, boxes = {"height": 72, "width": 96, "num_threads": 1}, painting.coats[0].boxes(CAMERA)[0]
+    tint = bg.rasterize(boxes, TEXTURE, blend="glaze", **how).rgb
     np.testing.assert_allclose(painting.frame(CAMERA).rgb, tint * np.float32(color), atol=1e-6)
     twice = Painting((coat(glaze, blend="glaze"),) * 2, surface_of(color)).frame(CAMERA)
     np.testing.assert_allclose(twice.rgb, tint**2 * np.float32(color), atol=1e-6)

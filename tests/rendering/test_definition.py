@@ -12,18 +12,13 @@ from brushgs.rendering.constants import MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.rendering.rasterize import RasterOptions, rasterize
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
+from tests.rendering.paintings import BRUSHES, LOOKS, Painting, assert_identical, assert_same, painting_of
 from tests.rendering.strokes import (
-    BRUSHES,
     IMAGES,
-    LOOKS,
     PATHS,
     SOLID,
-    Painting,
-    assert_identical,
-    assert_same,
     boxes_of,
     bristles,
-    painting_of,
     random_boxes,
     softened,
     texture_of,
@@ -40,7 +35,7 @@ WORDS += pairs_of(("gaussian", "ellipse"), ("", "raised", "glazed"), ENDS)
 
 @for_each(("words", "size"), zip(WORDS, cycle(SIZES), strict=False))
 def test_the_kernel_is_the_definition_in_float64(words, size):
-    """Few strokes: with their underpaint no more than 160 wait in soft order, see test_soft_crowds.py."""
+    """Few strokes: with their underpaint no more than 160 wait in soft order, see test_soft.py."""
     painting = painting_of(" ".join(words), 75, *size, sizes=(0.3, 60))
     actual, expected = painting.frame(), painting.defined()
     assert_same(actual, expected)
@@ -125,31 +120,6 @@ def test_depth_is_the_alpha_weighted_mean_of_camera_z():
     np.testing.assert_allclose(frame.alpha, 0.9, rtol=1e-14)
 
 
-def test_a_stroke_image_appears_upright_at_angle_zero_and_turns_with_the_angle():
-    corner = np.zeros((2, 2))
-    corner[0, 1] = 1  # the end of u, the start of v
-    where = {}
-    for name, angle in {"right, top": 0, "right, bottom": np.pi / 2, "left, bottom": np.pi}.items():
-        boxes = boxes_of([[10, 10]], 8, angles=angle)
-        frame = rasterize(boxes, StrokeTexture.from_coverage(corner), width=20, height=20, filter="nearest")
-        rows, columns = np.nonzero(frame.alpha)
-        where[name] = ("left, " if columns.mean() < 9.5 else "right, ") + (
-            "top" if rows.mean() < 9.5 else "bottom"
-        )
-    assert where == {name: name for name in where}
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_a_box_paints_the_pixel_centres_inside_it(dtype):
-    """About a pixel corner centers lie at +-0.5, +-1.5, ...; of one on the outline rounding decides."""
-    for half, sides in {1.6: (4,), 2.0: (4,), 2.4: (4,), 2.5: (4, 5, 6), 2.6: (6,), 3.0: (6,)}.items():
-        for quarters in range(4):
-            boxes = boxes_of([[8, 8]], half, angles=quarters * np.pi / 2, dtype=dtype)
-            frame = rasterize(boxes, SOLID, width=16, height=16, filter="bilinear")
-            assert (frame.alpha > 0).any(axis=0).sum() in sides
-            assert (frame.alpha > 0).any(axis=1).sum() in sides
-
-
 @pytest.mark.parametrize("is_soft", [False, True])
 def test_where_no_stroke_leaves_enough_light_nothing_is_painted(is_soft):
     boxes = boxes_of(np.full((3, 2), 8.0), 30, opacities=0.9, depths=[1.0, 1.1, 1.2])
@@ -174,19 +144,13 @@ def test_a_pile_without_a_stop_takes_all_strokes_of_a_pixel():
 # Float32
 
 
-def opacities_at_the_skip(noise: np.ndarray) -> np.ndarray:
-    return MIN_ALPHA * 255 / 100 * (1 + noise)[None]
+THRESHOLDS = [  # coverage, opacities that lie on a threshold but for noise, and the largest error there
+    (100, lambda noise: [MIN_ALPHA * 255 / 100 * (1 + noise)], 1 / 255),
+    (255, lambda noise: [0.9, 0.95, 1 - MIN_TRANSMITTANCE / 0.005 * (1 + noise)], 0.005),
+]
 
 
-def opacities_at_the_stop(noise: np.ndarray) -> np.ndarray:
-    first, second = 0.9 + 0 * noise, 0.95 + 0 * noise
-    return np.stack([first, second, 1 - MIN_TRANSMITTANCE / 0.005 * (1 + noise)])
-
-
-@pytest.mark.parametrize(
-    ("coverage", "opacities", "largest"),
-    [(100, opacities_at_the_skip, 1 / 255), (255, opacities_at_the_stop, 0.005)],
-)
+@pytest.mark.parametrize(("coverage", "opacities", "largest"), THRESHOLDS)
 def test_float32_takes_either_side_of_a_threshold_only_where_one_is_met(coverage, opacities, largest):
     """Each pixel has strokes of its own, laid on the skip or the stop to 3e-7, then just beside it."""
     y, x = (axis.ravel() + 0.5 for axis in np.mgrid[:20, :40])
@@ -194,7 +158,7 @@ def test_float32_takes_either_side_of_a_threshold_only_where_one_is_met(coverage
     texture = StrokeTexture.from_coverage(np.full((2, 2), coverage, np.uint8))
     off = []
     for hair in (0, 3e-6, -3e-6):
-        alphas = opacities(noise + hair)
+        alphas = np.stack([np.broadcast_to(a, noise.shape) for a in opacities(noise + hair)])
         centers = np.tile(np.stack([x, y], axis=1), (len(alphas), 1))
         boxes = boxes_of(centers, 0.45, colors=1, opacities=alphas.ravel())
         size = {"width": 40, "height": 20, "filter": "bilinear"}

@@ -13,7 +13,8 @@ import pytest
 from brushgs import _core
 from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
-from tests.rendering.strokes import IMAGES, LOOKS, PATHS, assert_identical, painting_of
+from tests.rendering.paintings import LOOKS, assert_identical, painting_of
+from tests.rendering.strokes import IMAGES, PATHS
 
 SIZE = {"width": 201, "height": 97}
 HOW = [f"{soft}{look}" for soft in ("", "soft=0.2 ") for look in LOOKS]
@@ -81,12 +82,13 @@ from brushgs.rendering.rasterize import RasterOptions
 from brushgs.rendering.track import track_directions
 from brushgs.rendering.track_moving import track_moving
 from tests.rendering import test_track, test_track_moving
-from tests.rendering.strokes import PATHS, relieved, set_back
+from tests.rendering.paintings import relieved
+from tests.rendering.strokes import PATHS, set_back
 from tests.rendering.test_backward import weights
 from tests.rendering.test_determinism import ALL_PATHS, drawn, frame_of
 from tests.rendering.test_project import FRONT, random_scene
 from tests.rendering.test_project_backward import backward, directions, scene_of
-from tests.rendering.test_soft_crowds import LOOKS, crowd, painted
+from tests.rendering.test_soft import LOOKS, crowd, painted
 
 def tell(name, *arrays):
     print(name, hashlib.sha256(b"".join(a.tobytes() for a in arrays if a is not None)).hexdigest(), sep=": ")

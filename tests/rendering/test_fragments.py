@@ -11,19 +11,8 @@ from brushgs.rendering.options import RenderOptions, rasterize_with
 from brushgs.rendering.rasterize import RasterOptions
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
-from tests.rendering.strokes import (
-    BRUSHES,
-    LOOKS,
-    PATHS,
-    UNDERPAINT,
-    bristles,
-    depth_test_of,
-    random_boxes,
-    set_back,
-    softened,
-    texture_of,
-    with_brushes,
-)
+from tests.rendering.paintings import BRUSHES, LOOKS, UNDERPAINT, depth_test_of, with_brushes
+from tests.rendering.strokes import PATHS, bristles, random_boxes, set_back, softened, texture_of
 
 LOOKS = {name: LOOKS[name] for name in ("plain", "underpainted", "streaked")}
 LOOKS["all"] = {"underpaint": UNDERPAINT, "streaks": 0.3, "min_transmittance": 0.05}

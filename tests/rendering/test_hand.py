@@ -13,9 +13,8 @@ from brushgs.rendering.drawn_anew import SIZE, TURN
 from brushgs.rendering.hand import DAB, LAID_ASIDE, Hand, Rhythm, Seen
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.track import track_directions
-from tests.kit.for_each import for_each
+from tests.kit import for_each, still_life_of
 from tests.passes.scenes import gaussians_at
-from tests.scenes import still_life_of
 
 NUM_FRAMES, FPS = 24, 12
 BRUSHES = bg.BrushSet.open(["flat", "flat_2", "dab"])
@@ -141,9 +140,8 @@ def test_a_loop_closes_and_lays_as_much_as_was_asked_for(coat, seen, rate, wave)
 @for_each("blend", ["cover", "glaze"])
 def test_transparent_paint_is_never_there_twice(coat, seen, blend):
     """What is left of the old stroke begins where the new one ends; paint that covers hides it longer."""
-    boxes = hand(coat, *[Pace(redraw=2)] * 2).boxes(
-        5, lambda k: replace(seen(k), coat=replace(coat, blend=blend))
-    )
+    glazed = replace(coat, blend=blend)
+    boxes = hand(coat, *[Pace(redraw=2)] * 2).boxes(5, lambda k: replace(seen(k), coat=glazed))
     new = np.flatnonzero(boxes.ids[1:] == boxes.ids[:-1])
     lengths = boxes.half_extents[new, 0] + boxes.half_extents[new + 1, 0]
     row_of = {stroke: row for row, stroke in enumerate(seen(5).boxes.ids.tolist())}

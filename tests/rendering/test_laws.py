@@ -7,23 +7,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from brushgs.rendering.rasterize import rasterize
-from brushgs.rendering.render import render
-from brushgs.values.camera import Camera
-from brushgs.values.frame import Frame
-from brushgs.values.gaussians import Gaussians
-from tests.rendering.strokes import CAMERA, PATHS, assert_identical, random_boxes, scene_of, texture_of
+import brushgs as bg
+from tests.rendering.paintings import assert_identical, filled
+from tests.rendering.strokes import CAMERA, PATHS, random_boxes, scene_of, texture_of
 
 SEEDS = st.integers(0, 2**32 - 1)
 path_names = st.sampled_from(list(PATHS))
 
 
-def painted(scene: Gaussians, camera: Camera, path: str, **options) -> Frame:
+def painted(scene: bg.Gaussians, path: str, camera: bg.Camera = CAMERA) -> bg.Frame:
     kind, filter = PATHS[path]
-    return render(scene, camera, texture_of(kind), filter=filter, **options)
+    return bg.render(scene, camera, texture_of(kind), filter=filter)
 
 
-def assert_close(actual: Frame, expected: Frame, tolerance: float, share: float = 0.0) -> None:
+def assert_close(actual: bg.Frame, expected: bg.Frame, tolerance: float, share: float = 0.0) -> None:
     """Equal to `tolerance` but for a share of the pixels, those on the other side of a hard edge."""
     for name in ("rgb", "alpha"):
         difference = np.abs(getattr(actual, name) - getattr(expected, name))
@@ -33,9 +30,8 @@ def assert_close(actual: Frame, expected: Frame, tolerance: float, share: float 
 @settings(max_examples=25, deadline=None)
 @given(seed=SEEDS, path=path_names, dtype=st.sampled_from([np.float32, np.float64]))
 def test_values_stay_in_range(seed, path, dtype):
-    kind, filter = PATHS[path]
     boxes = random_boxes(80, 70, 50, seed=seed, dtype=dtype)
-    frame = rasterize(boxes, texture_of(kind), width=70, height=50, filter=filter)
+    frame = filled(boxes, path, 70, 50)
     assert frame.alpha.min() >= 0
     assert frame.alpha.max() <= 1 - 0.9e-4  # a pixel is finished before less shines through
     assert frame.rgb.min() >= 0
@@ -51,10 +47,10 @@ def test_values_stay_in_range(seed, path, dtype):
 @given(seed=SEEDS, path=path_names)
 def test_neither_the_sign_of_quaternions_nor_the_order_of_rows_of_unequal_depths_matters(seed, path):
     scene = scene_of(seed)
-    frame = painted(scene, CAMERA, path)
+    frame = painted(scene, path)
     shuffled = scene.take(np.random.default_rng(seed).permutation(len(scene)))
     for other in (replace(scene, quats=-scene.quats), shuffled):
-        assert_identical(painted(other, CAMERA, path), frame)
+        assert_identical(painted(other, path), frame)
 
 
 @settings(max_examples=25, deadline=None)
@@ -77,32 +73,27 @@ def test_moving_scene_and_camera_together_changes_nothing(seed, path):
     viewmat[:3, :3] = CAMERA.viewmat[:3, :3] @ turn.as_matrix().T
     viewmat[:3, 3] = CAMERA.viewmat[:3, 3] - viewmat[:3, :3] @ shift
     camera = replace(CAMERA, viewmat=viewmat)
-    assert_close(painted(moved, camera, path), painted(scene, CAMERA, path), 1e-9, share=1e-3)
+    assert_close(painted(moved, path, camera), painted(scene, path), 1e-9, share=1e-3)
 
 
 @settings(max_examples=20, deadline=None)
 @given(seed=SEEDS, path=st.sampled_from(["bilinear", "nearest", "gaussian", "ellipse"]))
 def test_tripling_the_picture_triples_every_length(seed, path):
     """By three, so that each third pixel center stays; the mip filter is meant to differ."""
-    kind, filter = PATHS[path]
     boxes = random_boxes(60, 50, 30, seed=seed, sizes=(2, 20))
     larger = replace(boxes, centers=boxes.centers * 3, half_extents=boxes.half_extents * 3)
-    small = rasterize(boxes, texture_of(kind), width=50, height=30, filter=filter)
-    large = rasterize(larger, texture_of(kind), width=150, height=90, filter=filter)
-    middles = Frame(large.rgb[1::3, 1::3], large.alpha[1::3, 1::3])
-    assert_close(middles, small, 1e-10, share=1e-3)
+    large = filled(larger, path, 150, 90)
+    middles = bg.Frame(large.rgb[1::3, 1::3], large.alpha[1::3, 1::3])
+    assert_close(middles, filled(boxes, path, 50, 30), 1e-10, share=1e-3)
 
 
 @settings(max_examples=20, deadline=None)
 @given(seed=SEEDS, path=path_names, turns=st.integers(-3, 3))
 def test_half_a_turn_of_a_symmetric_stroke_and_whole_turns_of_any_change_nothing(seed, path, turns):
-    kind, filter = PATHS[path]
     boxes = random_boxes(60, 50, 30, seed=seed, sizes=(2, 20))
-    step = np.pi if kind != "image" else 2 * np.pi
+    step = np.pi if PATHS[path][0] != "image" else 2 * np.pi
     turned = replace(boxes, angles=boxes.angles + turns * step)
-    frame, other = (
-        rasterize(b, texture_of(kind), width=50, height=30, filter=filter) for b in (boxes, turned)
-    )
+    frame, other = (filled(b, path, 50, 30) for b in (boxes, turned))
     assert_close(other, frame, 1e-11, share=1e-3)
 
 
@@ -110,14 +101,11 @@ def test_half_a_turn_of_a_symmetric_stroke_and_whole_turns_of_any_change_nothing
 @given(seed=SEEDS, path=path_names, dx=st.integers(-40, 40), dy=st.integers(-40, 40))
 def test_a_crop_of_the_picture_is_the_picture_of_the_crop(seed, path, dx, dy):
     """Whole pixels of shift move strokes to other tiles and blocks; they must look the same there."""
-    kind, filter = PATHS[path]
     boxes = random_boxes(80, 60, 60, seed=seed, sizes=(0.5, 30))
     shifted = replace(boxes, centers=boxes.centers + np.array([dx, dy]))
-    frame, other = (
-        rasterize(b, texture_of(kind), width=60, height=60, filter=filter) for b in (boxes, shifted)
-    )
+    frame, other = (filled(b, path, 60, 60) for b in (boxes, shifted))
     y, x, v, u = max(dy, 0), max(dx, 0), max(-dy, 0), max(-dx, 0)
     h, w = 60 - abs(dy), 60 - abs(dx)
-    overlap = Frame(frame.rgb[v : v + h, u : u + w], frame.alpha[v : v + h, u : u + w])
-    moved = Frame(other.rgb[y : y + h, x : x + w], other.alpha[y : y + h, x : x + w])
+    overlap = bg.Frame(frame.rgb[v : v + h, u : u + w], frame.alpha[v : v + h, u : u + w])
+    moved = bg.Frame(other.rgb[y : y + h, x : x + w], other.alpha[y : y + h, x : x + w])
     assert_close(moved, overlap, 1e-10, share=1e-3)

@@ -19,10 +19,8 @@ from brushgs.rendering.wanted import Following, Wanted
 from brushgs.still_life import still_life_camera
 from brushgs.values.layers import Matte
 from brushgs.values.quats import quat_products
-from tests.kit.configs import blind
-from tests.kit.for_each import for_each
-from tests.passes.scenes import random_gaussians
-from tests.scenes import still_life_of
+from tests.kit import blind, for_each, still_life_of
+from tests.passes.scenes import gaussians_at, random_gaussians
 
 CAMERA = bg.Camera.look_at((0.3, -0.8, -6), (0, 0, 0), width=96, height=72)
 FLAT = bg.StrokeTexture.open("flat")
@@ -90,15 +88,9 @@ def test_mattes_of_each_medium_sum_to_what_is_painted(look):
 
 def test_a_matte_says_which_stroke_covers_a_pixel():
     """Two strokes side by side and one behind both."""
-    strokes = bg.Gaussians(
-        [[-1, 0, 0], [1, 0, 0], [0, 0, 1]],
-        [[1, 0, 0, 0]] * 3,
-        [[0.4, 0.4, 0.1], [0.4, 0.4, 0.1], [1.5, 0.3, 0.1]],
-        [1.0] * 3,
-        [[[0, 0, 0]]] * 3,
-        brushes=np.uint8([0, 1, 0]),
-        regions=np.uint8([0, 2, 1]),
-    )
+    means, scales = [(-1, 0, 0), (1, 0, 0), (0, 0, 1)], [(0.4, 0.4, 0.1), (0.4, 0.4, 0.1), (1.5, 0.3, 0.1)]
+    strokes = gaussians_at(means, scales, opacity=1)
+    strokes = replace(strokes, brushes=np.uint8([0, 1, 0]), regions=np.uint8([0, 2, 1]))
     camera = bg.Camera.look_at((0, 0, -6), (0, 0, 0), width=96, height=72)
     options = RenderOptions.of(bg.StrokeTexture.open("ellipse"))
     painting = replace(painting_of(strokes, options, bg.StrokeTexture.open("ellipse")), region_names=("sky",))

@@ -5,32 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.brushes.brush_set import BrushSet
-from brushgs.brushes.texture import StrokeTexture, Tint
+import brushgs as bg
+from brushgs.brushes.texture import Tint
 from brushgs.rendering.constants import GAUSSIAN_SIGMAS
 from brushgs.rendering.depth_test import SIZES, DepthTest
 from brushgs.rendering.options import RenderOptions
-from brushgs.rendering.project import project, project_by
-from brushgs.rendering.rasterize import rasterize
-from brushgs.rendering.render import render, render_sequence
-from brushgs.rendering.streaks import BRISTLES, PERIOD, noise, streak_slopes, streak_weights
-from brushgs.rendering.track import track
+from brushgs.rendering.project import project_by
+from brushgs.rendering.streaks import PERIOD, noise, streak_slopes, streak_weights
 from brushgs.rendering.underpaint import OPACITY, SIZE, STROKE_REACH, Underpaint
 from tests.kit.for_each import for_each
-from tests.rendering.strokes import (
-    BRUSHES,
-    CAMERA,
-    SOLID,
-    assert_identical,
-    assert_same,
-    boxes_of,
-    bristles,
-    painting_of,
-    scene_of,
-    softened,
-    texture_of,
-    with_brushes,
-)
+from tests.rendering.paintings import BRUSHES, assert_identical, assert_same, painting_of, with_brushes
+from tests.rendering.strokes import CAMERA, SOLID, boxes_of, bristles, scene_of, softened, texture_of
 
 # Underpaint
 
@@ -42,7 +27,7 @@ def test_underpaint_lies_behind_its_stroke_and_behind_strokes_before_it():
     seen = {}
     for setback in (0.5, 1.0, 1.5):
         some = replace(boxes, setbacks=np.array([setback, 100.0]))
-        frame = rasterize(some, SOLID, width=30, height=11, filter="bilinear", underpaint=Underpaint(4.0))
+        frame = bg.rasterize(some, SOLID, width=30, height=11, filter="bilinear", underpaint=Underpaint(4.0))
         seen[setback] = frame.rgb[5, 17]  # in the green stroke alone
     assert seen[0.5][0] > 0.5  # in front
     np.testing.assert_array_equal(seen[1.0], seen[1.5])  # ties: strokes first
@@ -50,7 +35,7 @@ def test_underpaint_lies_behind_its_stroke_and_behind_strokes_before_it():
 
 
 def test_options_draw_strokes_over_underpaint_smaller_and_underpaint_by_the_gaussian():
-    texture = StrokeTexture.open("flat")
+    texture = bg.StrokeTexture.open("flat")
     plain, over = RenderOptions.of(texture), RenderOptions.of(texture, underpaint=True)
     assert plain.underpaint is None
     assert over.num_sigmas == pytest.approx(STROKE_REACH * plain.num_sigmas)
@@ -60,7 +45,7 @@ def test_options_draw_strokes_over_underpaint_smaller_and_underpaint_by_the_gaus
     assert (given.num_sigmas, given.underpaint) == (1.5, Underpaint(2.0, 0.5))
     for off in (False, None):
         assert RenderOptions.of(texture, underpaint=off) == plain
-    kernel = StrokeTexture.open("gaussian")
+    kernel = bg.StrokeTexture.open("gaussian")
     assert RenderOptions.of(kernel, underpaint=True, streaks=0.2) == RenderOptions.of(kernel)
     # Of several brushes each has the size that is fitted to it.
     three = RenderOptions.of(BRUSHES["three"], underpaint=True)
@@ -70,7 +55,7 @@ def test_options_draw_strokes_over_underpaint_smaller_and_underpaint_by_the_gaus
     np.testing.assert_allclose(np.multiply(three.num_sigmas, three.underpaint.reach), 3 * SIZE)
     strokes = with_brushes(scene_of(3))
     boxes, _ = project_by(strokes, CAMERA, three.projection_of(len(strokes), strokes.brushes))
-    once = project(strokes, CAMERA, num_sigmas=1, lock="anchor", fade=True)
+    once = bg.project(strokes, CAMERA, num_sigmas=1, lock="anchor", fade=True)
     _, i, j = np.intersect1d(boxes.ids, once.ids, return_indices=True)
     sigmas = np.array(three.num_sigmas)[boxes.brushes[i], None]
     np.testing.assert_allclose(boxes.half_extents[i] / once.half_extents[j], np.repeat(sigmas, 2, axis=1))
@@ -81,36 +66,22 @@ def test_render_is_the_steps_and_a_sequence_takes_all_options_to_every_frame():
     look = {"underpaint": True, "streaks": 0.3, "order": "soft", "relief": True}
     how = RenderOptions.of(texture, **look)
     boxes, _ = project_by(scene, CAMERA, how.projection_of(len(scene)))
-    steps = rasterize(
+    steps = bg.rasterize(
         boxes, texture, height=40, width=60, underpaint=how.underpaint, streaks=0.3, relief=True
     )
-    frame, plain = render(scene, CAMERA, texture, **look), render(scene, CAMERA, texture)
+    frame, plain = bg.render(scene, CAMERA, texture, **look), bg.render(scene, CAMERA, texture)
     assert_identical(frame, steps)
     for name in look:  # each is heard
-        one = render(scene, CAMERA, texture, **{name: look[name]})
+        one = bg.render(scene, CAMERA, texture, **{name: look[name]})
         assert one.height is not None if name == "relief" else np.abs(one.rgb - plain.rgb).max() > 0.01
     path = [CAMERA, replace(CAMERA, near=0.02)]
-    for of_path in render_sequence(scene, path, texture, lock="anchor", **look):
+    for of_path in bg.render_sequence(scene, path, texture, lock="anchor", **look):
         assert_identical(of_path, frame)
-    kernel = StrokeTexture.open("gaussian")
-    assert_identical(render(scene, CAMERA, kernel, order="soft"), render(scene, CAMERA, kernel))
+    kernel = bg.StrokeTexture.open("gaussian")
+    assert_identical(bg.render(scene, CAMERA, kernel, order="soft"), bg.render(scene, CAMERA, kernel))
 
 
 # Streaks
-
-
-def test_streaks_run_along_the_stroke():
-    """Constant along u; across v it changes about as often as there are bristles, at every angle."""
-    for row in (0, 1, 77, 5000):
-        boxes = replace(boxes_of([[60, 60]], (50, 30), colors=0.5), ids=np.array([row], np.int32))
-        rgb = rasterize(boxes, SOLID, width=120, height=120, filter="bilinear", streaks=0.4).rgb
-        inside = rgb[31:89, 11:109, 0]
-        np.testing.assert_allclose(inside, inside[:, :1].repeat(98, axis=1), rtol=1e-12)
-        turns = np.count_nonzero(np.diff(np.sign(np.diff(inside[:, 0]))))
-        assert BRISTLES / 4 < turns <= BRISTLES
-        turned = replace(boxes, angles=np.array([np.pi / 2]))
-        across = rasterize(turned, SOLID, width=120, height=120, filter="bilinear", streaks=0.4).rgb
-        np.testing.assert_allclose(across[11:109, 31:89, 0], inside.T[:, ::-1], atol=1e-9)
 
 
 def test_noise_has_mean_zero_and_repeats_with_its_sign_changed():
@@ -145,7 +116,7 @@ def test_streaks_fade_before_bristles_get_as_narrow_as_a_pixel():
 def test_a_glaze_lets_its_color_to_the_power_of_alpha_through():
     colors = [(0.5, 0.25, 1.0), (0.9, 0.5, 0.125)]
     boxes = boxes_of([(4, 4), (4, 4)], 100.0, colors=colors, opacities=[0.5, 0.25])
-    frame = rasterize(boxes, SOLID, width=8, height=8, blend="glaze")
+    frame = bg.rasterize(boxes, SOLID, width=8, height=8, blend="glaze")
     tint = np.power(colors[0], 0.5) * np.power(colors[1], 0.25)
     np.testing.assert_allclose(frame.rgb, np.broadcast_to(tint, (8, 8, 3)), rtol=1e-12)
     np.testing.assert_allclose(frame.alpha, 1 - 0.5 * 0.75, rtol=1e-12)
@@ -155,7 +126,7 @@ def test_a_glaze_lets_its_color_to_the_power_of_alpha_through():
 @for_each("dtype", [np.float32, np.float64])
 def test_very_many_dark_glazes_are_black_and_finite(dtype):
     boxes = boxes_of([(4, 4)] * 3000, 100.0, colors=(0.0, 0.4, 1.0), dtype=dtype)
-    frame = rasterize(boxes, SOLID, width=8, height=8, blend="glaze")
+    frame = bg.rasterize(boxes, SOLID, width=8, height=8, blend="glaze")
     assert (frame.rgb[..., :2] == 0).all()
     assert (frame.rgb[..., 2] == 1).all()
     assert (frame.alpha == 1).all()
@@ -178,23 +149,23 @@ def test_an_image_keeps_its_colors_where_that_is_asked_for():
     picture = np.ones((10, 30, 4), np.float32)
     picture[:5, :, :3], picture[5:, :, :3] = (1, 0, 0), (0, 0, 1)
     picture[:, :3, 3] = 0
-    path_free = StrokeTexture.of(picture)
+    path_free = bg.StrokeTexture.of(picture)
     assert path_free.tint is None
-    assert not BrushSet((path_free,)).are_colored
-    tinted = StrokeTexture._of_pixels(picture, None, "two", 256, colored=True)
+    assert not bg.BrushSet((path_free,)).are_colored
+    tinted = bg.StrokeTexture._of_pixels(picture, None, "two", 256, colored=True)
     np.testing.assert_allclose(tinted.tint.mean, (0.5, 0, 0.5), atol=0.02)
-    assert not BrushSet((tinted,)).without_colors().are_colored
+    assert not bg.BrushSet((tinted,)).without_colors().are_colored
 
 
 def test_a_stroke_keeps_its_brush_along_a_path_and_is_painted_with_it():
     strokes = with_brushes(scene_of(3, 40))
-    for boxes in track(strokes, [CAMERA, replace(CAMERA, near=0.02)]):
+    for boxes in bg.track(strokes, [CAMERA, replace(CAMERA, near=0.02)]):
         assert len(boxes) > 10
         np.testing.assert_array_equal(boxes.brushes, strokes.brushes[boxes.ids])
     one = scene_of(3, 1)
     for brush, texture in enumerate(BRUSHES["three"].textures):
         own = replace(one, brushes=np.array([brush], np.uint8))
-        assert_identical(render(own, CAMERA, BRUSHES["three"]), render(one, CAMERA, texture))
+        assert_identical(bg.render(own, CAMERA, BRUSHES["three"]), bg.render(one, CAMERA, texture))
 
 
 # The depth test
@@ -203,7 +174,7 @@ def test_a_stroke_keeps_its_brush_along_a_path_and_is_painted_with_it():
 def test_a_box_fades_over_the_outer_half_of_its_tolerance():
     limits = np.array([[2.0, 2.99, 3.0, 3.25, 3.5, 4.0, np.inf]])  # gone at 3, whole from 3.5 on
     box = boxes_of([(3.5, 0.5)], 100.0, depths=[4.0], opacities=0.5)
-    frame = rasterize(box, SOLID, width=7, height=1, in_front_of=DepthTest(limits, np.ones(1)))
+    frame = bg.rasterize(box, SOLID, width=7, height=1, in_front_of=DepthTest(limits, np.ones(1)))
     shares = np.array([0, 0, 0, 0.5, 1, 1, 1])
     np.testing.assert_allclose(frame.alpha[0], 0.5 * shares, rtol=1e-12)
 
@@ -212,17 +183,17 @@ def test_a_box_that_is_not_seen_hides_nothing():
     boxes = boxes_of([(4, 4)] * 3, 100.0, depths=[1.0, 2.0, 3.0], colors=np.eye(3))
     limit = np.full((8, 8), 2.5)
     for soft in (boxes, softened(boxes, 1e-3)):
-        frame = rasterize(
+        frame = bg.rasterize(
             soft, SOLID, width=8, height=8, in_front_of=DepthTest(limit, np.array([9, 9, 1e-3]))
         )
-        without = rasterize(soft.take(slice(2)), SOLID, width=8, height=8)
+        without = bg.rasterize(soft.take(slice(2)), SOLID, width=8, height=8)
         assert_same(frame, without, rtol=1e-12)
 
 
 def test_that_of_a_picture_takes_its_depth_and_the_sizes_of_strokes():
     scene = scene_of(40)
-    plain = render(scene, CAMERA, "gaussian")
-    boxes = project(scene, CAMERA)
+    plain = bg.render(scene, CAMERA, "gaussian")
+    boxes = bg.project(scene, CAMERA)
     test = DepthTest.by_picture(plain, boxes, scene)
     is_solid = plain.alpha > 0.15
     np.testing.assert_array_equal(test.limit[is_solid], plain.depth[is_solid])

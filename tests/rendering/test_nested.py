@@ -56,9 +56,8 @@ def test_a_line_gets_shorter_from_both_ends_and_no_crumbs_of_it_are_left(ratio):
         means=np.stack([far * (np.arange(count) - 3), 0 * np.arange(count), 0 * np.arange(count)], axis=1),
         quats=np.where(np.arange(count)[:, None] % 2, [[1.0, 0, 0, 0]], [[0.0, 0, 0, 1]]),
     )
-    nested = Nested(
-        np.tile([0, gap_of(5.0 * ratio, view), 0], (count, 1)), np.full(count, 5.0), np.full(count, 3.0)
-    )
+    gaps = np.tile([0, gap_of(5.0 * ratio, view), 0], (count, 1))
+    nested = Nested(gaps, np.full(count, 5.0), np.full(count, 3.0))
     whole = project(pieces, view)
     boxes = nested.of(whole, pieces, view, np.zeros(count, np.intp))
     share = nested.shares(pieces.means, np.arange(count), np.zeros(count), view)[0]

@@ -18,19 +18,16 @@ from typing import NoReturn
 import numpy as np
 import pytest
 
-from brushgs.brushes.texture import StrokeTexture
-from brushgs.rendering.render import render
+import brushgs as bg
 from brushgs.still_life import still_life_camera
-from brushgs.values.camera import Camera
-from brushgs.values.gaussians import Gaussians
 from tests.scenes import still_life_of
 
 SIZE = {"width": 160, "height": 120}
-CAMERA = Camera.look_at((0.3, -0.4, -3), (0.011, 0.013, 0), **SIZE)
+CAMERA = bg.Camera.look_at((0.3, -0.4, -3), (0.011, 0.013, 0), **SIZE)
 UNAVAILABLE = ("vulkan", "libusb", "libegl", "libgl", "libx11")  # what its renderer needs from the system
 
 
-def witness(scene: Gaussians, camera: Camera, folder: Path) -> np.ndarray:
+def witness(scene: bg.Gaussians, camera: bg.Camera, folder: Path) -> np.ndarray:
     """What Open3D shows of a scene on black, [H, W, 3] 0 to 1; a skip by name where it cannot."""
     if importlib.util.find_spec("open3d") is None:
         _cannot_speak("open3d is not installed: pip install open3d-cpu")
@@ -69,8 +66,8 @@ def _cannot_speak(reason: str) -> NoReturn:
     pytest.skip(reason)
 
 
-def plain(scene: Gaussians, camera: Camera = CAMERA, **options) -> np.ndarray:
-    return np.clip(render(scene, camera, StrokeTexture.open("gaussian"), **options).rgb, 0, 1)
+def plain(scene: bg.Gaussians, camera: bg.Camera = CAMERA, **options) -> np.ndarray:
+    return np.clip(bg.render(scene, camera, bg.StrokeTexture.open("gaussian"), **options).rgb, 0, 1)
 
 
 def mean_off(picture: np.ndarray, other: np.ndarray) -> float:
@@ -78,10 +75,10 @@ def mean_off(picture: np.ndarray, other: np.ndarray) -> float:
     return float(255 * np.abs(picture - other).mean())
 
 
-def tame_scene(n: int = 300, sizes=(0.01, 0.2), degree: int = 2) -> Gaussians:
+def tame_scene(n: int = 300, sizes=(0.01, 0.2), degree: int = 2) -> bg.Gaussians:
     """Colors between 0 and 1 from every side."""
     g = np.random.default_rng(0)
-    return Gaussians(
+    return bg.Gaussians(
         g.normal(size=(n, 3)) * 0.6,
         g.normal(size=(n, 4)),
         np.exp(g.uniform(*np.log(sizes), (n, 3))),

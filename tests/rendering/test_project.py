@@ -7,35 +7,27 @@ import numpy as np
 import pytest
 from numpy.polynomial import legendre
 
+import brushgs as bg
 from brushgs.rendering import reference
 from brushgs.rendering.options import ProjectOptions
-from brushgs.rendering.project import SOFTNESS, Directions, ProjectCounts, project, project_by
-from brushgs.values.boxes import Boxes
-from brushgs.values.camera import Camera
-from brushgs.values.gaussians import Gaussians
+from brushgs.rendering.project import SOFTNESS, Directions, ProjectCounts, project_by
 from brushgs.values.sh import sh_basis
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
 from tests.passes.scenes import gaussians_at
+from tests.rendering.strokes import scattered
 
 SIZE = {"width": 200, "height": 150}
-FRONT = Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)  # world axes are camera axes: x right, y down
-GREY = np.zeros((1, 1, 3))
+FRONT = bg.Camera.look_at((0, 0, -4), (0, 0, 0), **SIZE)  # world axes are camera axes: x right, y down
 
 
-def random_scene(n: int, *, degree: int = 3, dtype=np.float64, seed: int = 0) -> Gaussians:
+def random_scene(n: int, *, degree: int = 3, dtype=np.float64, seed: int = 0) -> bg.Gaussians:
     """Gaussians of all shapes in and around the view of `FRONT`, some behind it, some faint."""
-    g = np.random.default_rng(seed)
-    return Gaussians(
-        g.normal(size=(n, 3)) * (1.5, 1.5, 3),
-        g.normal(size=(n, 4)),
-        np.exp(g.uniform(np.log(1e-3), np.log(1.0), (n, 3))),
-        g.uniform(0, 1, n),
-        0.3 * g.normal(size=(n, (degree + 1) ** 2, 3)),
-    ).astype(dtype)
+    how = {"spread": (1.5, 1.5, 3), "sizes": (1e-3, 1.0), "opacities": (0, 1), "shade": 0.3}
+    return scattered(np.random.default_rng(seed), n, terms=(degree + 1) ** 2, **how, dtype=dtype)
 
 
-def single(*, mean=(0, 0, 0), quat=(1, 0, 0, 0), scale=(1, 1, 1), dtype=np.float64) -> Gaussians:
+def single(*, mean=(0, 0, 0), quat=(1, 0, 0, 0), scale=(1, 1, 1), dtype=np.float64) -> bg.Gaussians:
     return gaussians_at([mean], [scale], quats=[quat], opacity=1, dtype=dtype)
 
 
@@ -44,7 +36,7 @@ def turned(angle: float) -> tuple[float, float, float, float]:
     return (np.cos(angle / 2), 0.0, 0.0, np.sin(angle / 2))
 
 
-def by_id(boxes: Boxes) -> dict[str, np.ndarray]:
+def by_id(boxes: bg.Boxes) -> dict[str, np.ndarray]:
     """The columns by name, in the order of the Gaussians."""
     order = np.argsort(boxes.ids)
     assert len(np.unique(boxes.ids)) == len(boxes)
@@ -52,7 +44,7 @@ def by_id(boxes: Boxes) -> dict[str, np.ndarray]:
     return {name: column[order] for name, column in taken.items() if column is not None}
 
 
-def assert_same_boxes(actual: Boxes, expected: Boxes, *, rtol: float, atol: float) -> None:
+def assert_same_boxes(actual: bg.Boxes, expected: bg.Boxes, *, rtol: float, atol: float) -> None:
     """Equal within tolerance, row by row whatever the order; angles modulo pi, weighed by what they move."""
     actual, expected = by_id(actual), by_id(expected)
     np.testing.assert_array_equal(actual["ids"], expected["ids"])
@@ -69,7 +61,7 @@ def assert_same_boxes(actual: Boxes, expected: Boxes, *, rtol: float, atol: floa
     assert (turn * anisotropy).max(initial=0) <= rtol + atol
 
 
-def assert_identical(actual: Boxes, expected: Boxes) -> None:
+def assert_identical(actual: bg.Boxes, expected: bg.Boxes) -> None:
     for f in fields(expected):
         np.testing.assert_array_equal(getattr(actual, f.name), getattr(expected, f.name), err_msg=f.name)
 
@@ -87,7 +79,7 @@ OPTIONS = {
 
 
 OBLONG = np.array([[170.0, 0, 20.5], [0, 90.0, 130.25], [0, 0, 1]])  # pixels, and off the middle
-ASIDE = Camera(Camera.look_at((1, -2, -4), (0.3, 0, 0), (0.2, -1, 0.1), **SIZE).viewmat, OBLONG, **SIZE)
+ASIDE = bg.Camera(bg.Camera.look_at((1, -2, -4), (0.3, 0, 0), (0.2, -1, 0.1), **SIZE).viewmat, OBLONG, **SIZE)
 CAMERAS = {"front": FRONT, "aside": ASIDE}
 ON_OFF = False, True
 
@@ -102,7 +94,7 @@ def test_core_agrees_with_the_definition(dtype, degree, options, lock, fade, ant
     angles = np.random.default_rng(1).uniform(-3, 3, len(scene)).astype(np.float32)
     given = {"given": Directions(angles), "scaled": Directions(angles, 1 + np.abs(angles[::-1]))}
     how, camera = {"lock": given.get(lock, lock), "fade": fade, **OPTIONS[options]}, CAMERAS[seen_from]
-    boxes = project(scene, camera, **how)
+    boxes = bg.project(scene, camera, **how)
     assert 200 < len(boxes) < 800
     assert_same_boxes(boxes, reference.project(scene, camera, **how), **NEAR[dtype])
     assert boxes.depths.dtype == dtype
@@ -112,7 +104,7 @@ def test_core_agrees_with_the_definition(dtype, degree, options, lock, fade, ant
 def test_softness_setbacks_and_reliefs_are_those_of_the_definition_and_change_nothing_else(dtype):
     scene = random_scene(300, dtype=dtype)
     how = {"order": "soft", "underpaint": True, "relief": True}
-    boxes, expected = (function(scene, FRONT, **how) for function in (project, reference.project))
+    boxes, expected = (function(scene, FRONT, **how) for function in (bg.project, reference.project))
     larger = np.sort(scene.scales[boxes.ids].astype(np.float64), axis=1)[:, 1:]
     mean = np.sqrt(larger.prod(axis=1))
     np.testing.assert_allclose(boxes.softness, SOFTNESS * mean, rtol=1e-6)
@@ -120,7 +112,7 @@ def test_softness_setbacks_and_reliefs_are_those_of_the_definition_and_change_no
     for name in ("softness", "setbacks", "reliefs"):
         assert getattr(boxes, name).dtype == dtype
         np.testing.assert_allclose(getattr(boxes, name), getattr(expected, name), rtol=1e-6)
-    plain = project(scene, FRONT)
+    plain = bg.project(scene, FRONT)
     assert_identical(replace(boxes, softness=None, setbacks=None, reliefs=None), plain)
 
 
@@ -138,7 +130,7 @@ def test_an_antialiased_needle_keeps_the_share_of_its_scales(aspect, dtype):
     length = aspect * 0.05 / pixels
     for angle in np.linspace(-1.5, 1.5, 31):
         needle = single(quat=turned(angle), scale=(length, length / aspect, length / aspect), dtype=dtype)
-        boxes = project(replace(needle, antialiased=True), FRONT)
+        boxes = bg.project(replace(needle, antialiased=True), FRONT)
         long, short = (pixels * length) ** 2, (pixels * length / aspect) ** 2
         expected = np.sqrt(long / (long + 0.3) * short / (short + 0.3))
         assert boxes.opacities[0] == pytest.approx(expected, rel=1e-14 if dtype == np.float64 else 1e-6)
@@ -165,9 +157,9 @@ def test_scenes_of_any_unit_agree_with_the_definition(dtype):
     )
     columns = [column.astype(dtype) for column in columns]
     columns[1][~columns[1].any(axis=1)] = (1, 0, 0, 0)
-    scene = Gaussians(*columns)
-    camera = Camera(np.eye(4), FRONT.K, **SIZE, near=1e-7)
-    boxes = project(scene, camera)
+    scene = bg.Gaussians(*columns)
+    camera = bg.Camera(np.eye(4), FRONT.K, **SIZE, near=1e-7)
+    boxes = bg.project(scene, camera)
     assert len(boxes) > 2000
     assert_same_boxes(boxes, reference.project(scene, camera), **NEAR[dtype])
 
@@ -175,9 +167,9 @@ def test_scenes_of_any_unit_agree_with_the_definition(dtype):
 @for_each("dtype", [np.float32, np.float64])
 @for_each("noise", [0.0, 1e-17, -1e-17, 1e-15, -1e-15])
 def test_horizontal_is_zero_and_vertical_is_plus_a_quarter_turn(dtype, noise):
-    across = project(single(quat=(1, 0, 0, noise), scale=(1, 0.1, 0.1), dtype=dtype), FRONT)
+    across = bg.project(single(quat=(1, 0, 0, noise), scale=(1, 0.1, 0.1), dtype=dtype), FRONT)
     np.testing.assert_allclose(across.angles, 0, atol=1e-14)
-    down = project(single(quat=(1, 0, 0, noise), scale=(0.1, 1, 0.1), dtype=dtype), FRONT)
+    down = bg.project(single(quat=(1, 0, 0, noise), scale=(0.1, 1, 0.1), dtype=dtype), FRONT)
     assert down.angles[0] == dtype(np.pi / 2)
 
 
@@ -185,14 +177,14 @@ def test_horizontal_is_zero_and_vertical_is_plus_a_quarter_turn(dtype, noise):
 def test_angles_lie_in_the_half_open_half_turn(dtype):
     angles = np.linspace(-np.pi, np.pi, 721)
     for angle in (*angles, -np.pi / 2 + 1e-9, -np.pi / 2 + 1e-8, -np.pi / 2 - 1e-9):
-        box = project(single(quat=turned(angle), scale=(1, 0.1, 0.1), dtype=dtype), FRONT)
+        box = bg.project(single(quat=turned(angle), scale=(1, 0.1, 0.1), dtype=dtype), FRONT)
         assert -dtype(np.pi / 2) < box.angles[0] <= dtype(np.pi / 2)
         turn = (box.angles[0] - angle) / np.pi
         assert abs(turn - round(turn)) < 1e-7
 
 
 def test_what_lies_at_the_near_plane_is_left_out_and_beyond_it_stays():
-    camera = Camera(np.eye(4), FRONT.K, **SIZE, near=0.5)
+    camera = bg.Camera(np.eye(4), FRONT.K, **SIZE, near=0.5)
     for z, is_kept in ((0.5, False), (np.nextafter(0.5, 1), True), (-1.0, False), (0.0, False)):
         boxes, counts = project_by(single(mean=(0, 0, z)), camera, ProjectOptions())
         assert len(boxes) == is_kept
@@ -209,7 +201,7 @@ def test_boxes_come_by_depth_over_the_whole_range(dtype):
     means = np.stack([0 * depth, 0 * depth, depth], axis=1)
     scene = random_scene(5000)
     scene = replace(scene, means=means, opacities=np.ones(5000)).astype(dtype)
-    boxes = project(scene, Camera(np.eye(4), FRONT.K, **SIZE))
+    boxes = bg.project(scene, bg.Camera(np.eye(4), FRONT.K, **SIZE))
     np.testing.assert_array_equal(boxes.ids, np.argsort(scene.means[:, 2], kind="stable"))
 
 
@@ -219,9 +211,9 @@ def test_boxes_come_by_depth_over_the_whole_range(dtype):
 @for_each("dtype", [np.float32, np.float64])
 def test_any_number_of_threads_gives_the_same_bits(dtype):
     scene = random_scene(60_000, degree=1, dtype=dtype)
-    one = project(scene, FRONT, num_threads=1)
+    one = bg.project(scene, FRONT, num_threads=1)
     for num_threads in (2, 5):
-        assert_identical(project(scene, FRONT, num_threads=num_threads), one)
+        assert_identical(bg.project(scene, FRONT, num_threads=num_threads), one)
 
 
 # Color
@@ -253,7 +245,7 @@ def test_every_harmonic_is_the_real_spherical_harmonic_of_its_place(dtype):
         sh = np.zeros((len(means), 16, 3))
         sh[:, term] = (0.3, -0.2, 0.1)
         scene = replace(gaussians_at(means, 0.1, opacity=1), sh=sh)
-        boxes = project(scene.astype(dtype), FRONT)
+        boxes = bg.project(scene.astype(dtype), FRONT)
         shade = 0.5 + expected[boxes.ids, term, None] * (0.3, -0.2, 0.1)
         np.testing.assert_allclose(boxes.colors, shade, atol=2e-7 if dtype is np.float32 else 1e-14)
 
@@ -296,11 +288,11 @@ def test_a_box_is_outside_only_if_its_upright_rectangle_is(side, axis, gap, num_
     mean = np.zeros(3)
     mean[axis] = side * (size / 2 + reach + gap) / pixels
     needle = single(mean=mean, quat=turned(0.5), scale=(10 / pixels, 3 / pixels, 0))
-    assert len(project(needle, FRONT, low_pass=0.0)) == num_boxes
+    assert len(bg.project(needle, FRONT, low_pass=0.0)) == num_boxes
     assert len(reference.project(needle, FRONT, low_pass=0.0)) == num_boxes
 
 
 def test_colors_are_cut_at_zero_but_not_at_one():
     for value, color in ((-10.0, 0.0), (10.0, 0.5 + 10 * 0.28209479177387814)):
         scene = replace(single(), sh=np.full((1, 1, 3), value))
-        np.testing.assert_allclose(project(scene, FRONT).colors, color)
+        np.testing.assert_allclose(bg.project(scene, FRONT).colors, color)

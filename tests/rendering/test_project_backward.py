@@ -12,20 +12,15 @@ from brushgs.values.gaussians import SH_TERMS, Gaussians
 from tests.differences import assert_same_gradient, central_differences
 from tests.kit.for_each import for_each
 from tests.passes.scenes import gaussians_at
+from tests.rendering.strokes import scattered
 
 CAMERA = Camera.look_at((0.5, -0.6, 2.6), (0, 0, 0), width=80, height=60, near=0.2)
 TERMS = {degree: terms for terms, degree in SH_TERMS.items()}
 
 
 def scene_of(n=9, degree=1, *, seed=0, sizes=(0.02, 0.4), dtype=np.float64) -> Gaussians:
-    g = np.random.default_rng([seed, n])
-    return Gaussians(
-        0.6 * g.normal(size=(n, 3)),
-        2 * g.normal(size=(n, 4)),
-        np.exp(g.uniform(*np.log(sizes), (n, 3))),
-        g.uniform(0.3, 0.95, n),
-        0.3 * g.normal(size=(n, TERMS[degree], 3)),
-    ).astype(dtype)
+    how = {"spread": 0.6, "sizes": sizes, "opacities": (0.3, 0.95), "shade": 0.3}
+    return scattered(np.random.default_rng([seed, n]), n, terms=TERMS[degree], **how, dtype=dtype)
 
 
 def near_scene() -> Gaussians:

@@ -11,36 +11,19 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.motion import COLOR
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import project
-from brushgs.rendering.rasterize import rasterize
 from brushgs.rendering.relief import GAIN, LEAST_LIGHT_RANGE, THICKNESS, Relief, light_range
 from brushgs.still_life import still_life_camera
 from brushgs.values.colors import oklab_of, rgb_of_oklab
-from brushgs.values.gaussians import Gaussians
 from brushgs.values.hashing import GOLDEN, uniform
 from brushgs.values.sh import base_colors, in_colors
-from tests.kit.for_each import for_each
+from tests.kit import for_each, still_life_of
 from tests.rendering.moving_strokes import motion_of, with_ids
-from tests.rendering.strokes import boxes_of
-from tests.scenes import still_life_of
 
 # Of the core, see stroke_relief.hpp.
 LEAST_SIZE, MOST_SIZE = 0.4, 2.5
 GAIN_SPREAD, MOST_DEVIATIONS, THICKNESS_SPREAD = 0.25, 2.5, 0.5
 THIN, THICK = 0.25, 1.35
 DARKEST, LIGHTEST = 0.4, 0.8
-
-
-@for_each("softness", [None, 0.0, 3.0])
-def test_two_strokes_add_their_heights_by_the_weights_of_their_colors(softness):
-    boxes = boxes_of([[5.5, 5.5]] * 2, 5, opacities=[0.6, 0.7], colors=[[1, 0, 0], [0, 1, 0]])
-    boxes = replace(boxes, reliefs=np.array([[2.0, 0.0], [3.0, 8.0]]))
-    if softness is not None:
-        boxes = replace(boxes, softness=np.full(2, softness))
-    quarter = StrokeTexture.from_coverage(np.ones((3, 3)), height=np.full((3, 3), 0.25, np.float32))
-    frame = rasterize(boxes, quarter, width=11, height=11, relief=True)
-    low = np.rint(0.25 * 255) / 255 - 0.5  # heights are sampled at 8 bits
-    expected = 2 * frame.rgb[5, 5, 0] + (3 + 8 * low) * frame.rgb[5, 5, 1]
-    np.testing.assert_allclose(frame.height[5, 5], expected, rtol=1e-9)
 
 
 # Levels
@@ -67,35 +50,14 @@ SCENE = still_life_of(3000)
 CAMERA = still_life_camera(width=160, height=120)
 
 
-def test_reliefs_scale_with_the_picture_and_with_the_root_of_the_size():
-    n = 20000
-    sizes = np.repeat([0.1, 0.4, 1.0, 1.0, 2.5, 9.0], n // 6 + 1)[:n]  # the median is 1
-    g = np.random.default_rng(3)
-    means = g.uniform((-0.4, -0.4, 2.6), (0.4, 0.4, 3.4), (n, 3))
-    scales = 0.01 * np.stack([sizes, sizes, sizes / 9], 1)
-    columns = np.tile([1.0, 0, 0, 0], (n, 1)), scales, np.ones(n), np.zeros((n, 1, 3))
-    scene = Gaussians(means, *columns)
-    camera = replace(CAMERA, viewmat=np.eye(4))
-    reliefs = project(scene, camera, relief=Relief(2.0, 3.0))
-    scale = np.sqrt(160 * 120 / 750_000)
-    of_row = np.full((n, 2), np.nan)
-    of_row[reliefs.ids] = reliefs.reliefs / (2 * scale, 3 * scale)
-    for size in np.unique(sizes):
-        expected = np.sqrt(np.clip(size, LEAST_SIZE, MOST_SIZE))
-        thickness, gain = of_row[(sizes == size) & ~np.isnan(of_row[:, 0])].T / expected
-        assert len(gain) > 1000
-        assert abs(np.median(gain) - 1) < 0.03
-        assert abs(np.log(gain).std() - GAIN_SPREAD) < 0.02
-        assert np.abs(np.log(gain)).max() <= GAIN_SPREAD * MOST_DEVIATIONS * (1 + 1e-9)
-        assert abs(thickness.mean() - 1) < 0.03
-        assert 1 - THICKNESS_SPREAD <= thickness.min() < 0.52 < 1.48 < thickness.max() <= 1 + THICKNESS_SPREAD
-    larger = project(scene, replace(camera, width=320, height=240, K=camera.K * [[2], [2], [1]]), relief=True)
-    smaller = project(scene, camera, relief=True)
+def test_reliefs_scale_with_the_picture():
+    large = replace(CAMERA, width=320, height=240, K=CAMERA.K * [[2], [2], [1]])
+    larger, smaller = (project(SCENE, camera, relief=True) for camera in (large, CAMERA))
     shared, a, b = np.intersect1d(larger.ids, smaller.ids, return_indices=True)
-    np.testing.assert_allclose(larger.reliefs[a], 2 * smaller.reliefs[b], rtol=1e-12)
-    assert np.median(smaller.reliefs[:, 1]) < GAIN
-    assert np.median(smaller.reliefs[:, 0]) < THICKNESS
     assert len(shared) > 1000
+    np.testing.assert_allclose(larger.reliefs[a], 2 * smaller.reliefs[b], rtol=1e-12)
+    of_strokes = Relief(THICKNESS, GAIN).of_strokes(SCENE)[smaller.ids]
+    np.testing.assert_allclose(smaller.reliefs, np.sqrt(160 * 120 / 750_000) * of_strokes, rtol=1e-6)
 
 
 # Lights thick, darks thin
@@ -152,8 +114,6 @@ def test_lights_are_thick_and_darks_thin_by_their_place_between_those_of_the_pai
     assert light_range(greys(lightness)) == pytest.approx((0.46, 0.62), abs=1e-3)
     fixed = factors_of(greys(lightness), lights=(0.0, 1.0))
     np.testing.assert_allclose(fixed[:, 0], THIN + (THICK - THIN) * lightness, atol=1e-5)
-    half = Relief(1, 1, by_light=0.5).of_strokes(greys(lightness)) / Relief(1, 1).of_strokes(greys(lightness))
-    np.testing.assert_allclose(half, (1 + found) / 2, rtol=1e-12)
 
 
 @for_each(

@@ -15,9 +15,8 @@ from brushgs.rendering.relief import Relief
 from brushgs.rendering.rigs import Rig, directions_between
 from brushgs.rendering.sphere import Sphere, lit_all_around, sphere_of
 from brushgs.rendering.wanted import Following, Wanted
-from tests.kit.for_each import for_each
+from tests.kit import for_each, still_life_of
 from tests.passes.scenes import random_gaussians
-from tests.scenes import still_life_of
 
 FLAT = bg.StrokeTexture.open("flat")
 WIDTH = 256

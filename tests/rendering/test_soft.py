@@ -8,37 +8,23 @@ from hypothesis import strategies as st
 
 from brushgs.rendering import reference
 from brushgs.rendering.rasterize import RasterOptions, rasterize
+from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
-from tests.rendering.strokes import (
-    IMAGES,
-    PATHS,
-    SOLID,
-    assert_identical,
-    assert_same,
-    boxes_of,
-    random_boxes,
-    softened,
-    texture_of,
-)
+from tests.pairs import pairs_of
+from tests.rendering.paintings import assert_identical, assert_same, filled
+from tests.rendering.strokes import IMAGES, PATHS, SOLID, boxes_of, bristles, random_boxes, ridges, softened
 
 PIXEL = {"width": 1, "height": 1, "filter": "bilinear"}
 SEEDS = st.integers(0, 2**32 - 1)
-CROWD_ERROR = 0.5 / 255  # where more than 160 fragments wait, see test_soft_crowds.py
-
-
-def painted(boxes: Boxes, path: str, width: int, height: int) -> Frame:
-    kind, filter = PATHS[path]
-    return rasterize(boxes, texture_of(kind), filter=filter, width=width, height=height)
 
 
 def pile(depths, softness, *, opacities=1.0, colors=None, dtype=np.float64) -> Boxes:
     """Strokes that cover the same pixels, nearest first."""
     colors = np.random.default_rng(1).uniform(0, 1, (len(depths), 3)) if colors is None else colors
-    boxes = boxes_of(
-        np.full((len(depths), 2), 4.0), 20, depths=depths, opacities=opacities, colors=colors, dtype=dtype
-    )
+    how = {"depths": depths, "opacities": opacities, "colors": colors, "dtype": dtype}
+    boxes = boxes_of(np.full((len(depths), 2), 4.0), 20, **how)
     return replace(boxes, softness=np.broadcast_to(np.asarray(softness, dtype), len(depths)).copy())
 
 
@@ -48,10 +34,8 @@ def pile(depths, softness, *, opacities=1.0, colors=None, dtype=np.float64) -> B
 def test_two_strokes_of_one_depth_show_the_mean_of_both_orders():
     colors = np.array([[1.0, 0, 0], [0, 0, 1]])
     soft = rasterize(pile([2.0, 2.0], 0.1, opacities=0.6, colors=colors), SOLID, **PIXEL)
-    one, other = (
-        rasterize(pile([2.0, 2.0], 0, opacities=0.6, colors=c), SOLID, **PIXEL)
-        for c in (colors, colors[::-1])
-    )
+    piles = (pile([2.0, 2.0], 0, opacities=0.6, colors=c) for c in (colors, colors[::-1]))
+    one, other = (rasterize(boxes, SOLID, **PIXEL) for boxes in piles)
     np.testing.assert_allclose(soft.rgb, (one.rgb + other.rgb) / 2, rtol=1e-14)
     np.testing.assert_allclose(soft.alpha, one.alpha, rtol=1e-14)
 
@@ -64,11 +48,11 @@ def test_two_strokes_of_one_depth_show_the_mean_of_both_orders():
 def test_without_softness_or_with_one_that_never_meets_every_bit_is_that_of_sorted_strokes(path, dtype):
     boxes = random_boxes(2000, 130, 75, seed=6, sizes=(0.3, 30), dtype=dtype)
     boxes = replace(boxes, depths=np.linspace(1, 9, 2000).astype(dtype))
-    hard = painted(boxes, path, 130, 75)
+    hard = filled(boxes, path, 130, 75)
     for softness in (0.0, 1e-3):  # steps are 4e-3
-        assert_identical(painted(softened(boxes, softness), path, 130, 75), hard)
+        assert_identical(filled(softened(boxes, softness), path, 130, 75), hard)
     ties = replace(boxes, depths=np.full(2000, 2, dtype))
-    assert_identical(painted(softened(ties, 0.0), path, 130, 75), painted(ties, path, 130, 75))
+    assert_identical(filled(softened(ties, 0.0), path, 130, 75), filled(ties, path, 130, 75))
 
 
 @settings(max_examples=15, deadline=None)
@@ -95,10 +79,10 @@ def test_the_order_of_rows_of_equal_depth_changes_nothing(seed, path):
     boxes = random_boxes(80, 50, 30, seed=seed, sizes=(2, 20))
     boxes = softened(replace(boxes, depths=np.sort(g.choice([1.0, 1.1, 3.0], 80))), 0.2)
     shuffled = np.lexsort((g.random(80), boxes.depths))
-    actual, expected = painted(boxes.take(shuffled), path, 50, 30), painted(boxes, path, 50, 30)
+    actual, expected = filled(boxes.take(shuffled), path, 50, 30), filled(boxes, path, 50, 30)
     assert_same(actual, expected, rtol=1e-9, atol=1e-9)
     if not np.array_equal(shuffled, np.arange(80)):
-        hard = [painted(replace(b, softness=None), path, 50, 30) for b in (boxes, boxes.take(shuffled))]
+        hard = [filled(replace(b, softness=None), path, 50, 30) for b in (boxes, boxes.take(shuffled))]
         assert np.abs(hard[0].rgb - hard[1].rgb).max() > 1e-6
 
 
@@ -119,17 +103,10 @@ def test_a_stroke_that_moves_through_others_changes_the_picture_in_small_steps(s
     def picture(step: float, softness: float) -> np.ndarray:
         depths = np.array(still.depths)
         depths[5] = 2 + step
+        columns = {name: column for name, column in vars(still).items() if column is not None}
+        columns |= {"depths": depths, "colors": colors, "softness": np.full(12, softness)}
         order = np.argsort(depths, kind="stable")
-        columns = {name: getattr(still, name)[order] for name in ("centers", "half_extents", "angles")}
-        boxes = replace(
-            still,
-            **columns,
-            depths=depths[order],
-            colors=colors[order],
-            opacities=still.opacities[order],
-            softness=np.full(12, softness),
-        )
-        return painted(boxes, path, 30, 20).rgb
+        return filled(Boxes(**{name: c[order] for name, c in columns.items()}), path, 30, 20).rgb
 
     steps = np.linspace(-0.2, 0.2, 101)
     soft, hard = ([picture(step, softness) for step in steps] for softness in (0.1, 0.0))
@@ -160,14 +137,12 @@ def test_stacks_of_strokes_in_one_band_are_as_defined_and_finite(stack, opacity)
     depths, softness = STACKS[stack]
     boxes = pile(depths, softness, opacities=opacity)
     size = {"width": 2, "height": 1, "filter": "bilinear"}
-    actual, expected = (
-        rasterize(boxes, SOLID, **size),
-        reference.rasterize(boxes, SOLID, RasterOptions(**size)),
-    )
+    actual = rasterize(boxes, SOLID, **size)
+    expected = reference.rasterize(boxes, SOLID, RasterOptions(**size))
     if opacity == 1:
         assert_same(actual, expected, rtol=1e-9)
-    np.testing.assert_allclose(actual.rgb, expected.rgb, atol=CROWD_ERROR)
-    np.testing.assert_allclose(actual.alpha, expected.alpha, atol=CROWD_ERROR)
+    np.testing.assert_allclose(actual.rgb, expected.rgb, atol=ERROR)
+    np.testing.assert_allclose(actual.alpha, expected.alpha, atol=ERROR)
     single = rasterize(pile(depths, softness, opacities=opacity, dtype=np.float32), SOLID, **size)
     for frame in (actual, single):
         for plane in (frame.rgb, frame.alpha, frame.depth):
@@ -176,3 +151,94 @@ def test_stacks_of_strokes_in_one_band_are_as_defined_and_finite(stack, opacity)
     # Depths of float32 lie on a grid of 2e-7, and so do the gaps between them.
     np.testing.assert_allclose(single.rgb, actual.rgb, atol=1e-4)
     np.testing.assert_allclose(single.depth, actual.depth, rtol=1e-3)
+
+
+ERROR = 0.5 / 255  # of a crowd, as `rasterize` states it
+MOST_WAITING = 160
+SIZE = {"width": 9, "height": 6}
+SPREADS = [0.05, 2.0]  # between the nearest and the farthest, world units
+NUMBERS = [(200, np.float64), (300, np.float64), (260, np.float32)]  # of strokes
+# Ranges of opacities, and of softness in world units.
+OPACITIES = {"faint": (0.004, 0.01), "light": (0.02, 0.05), "half": (0.1, 0.6), "full": (0.9, 1.0)}
+SOFTNESS = {"one": (1.0, 1.0), "twice": (0.5, 1.0), "wide": (0.02, 1.0), "giants": (0.05, 50.0)}
+LOOKS = {
+    "plain": {},
+    "layered": {"underpaint": Underpaint(1.5), "streaks": 0.4},
+    "raised": {"relief": True},
+    "all": {"underpaint": Underpaint(1.5), "streaks": 0.4, "relief": True},
+}
+
+
+def crowd(n, *, opacities=(0.004, 0.01), softness=(1.0, 1.0), spread=0.7, seed=0, dtype=np.float64) -> Boxes:
+    """Strokes of all directions that cover the whole picture."""
+    g = np.random.default_rng([seed, n])
+    boxes = boxes_of(
+        np.array((4.5, 3.0)) + g.uniform(-1, 1, (n, 2)),
+        np.exp(g.uniform(np.log(9), np.log(40), (n, 2))),
+        angles=g.uniform(-np.pi, np.pi, n),
+        depths=np.sort(g.uniform(5, 5 + spread, n)),
+        colors=g.uniform(0, 1, (n, 3)),
+        opacities=g.uniform(*opacities, n),
+        dtype=dtype,
+    )
+    return replace(boxes, softness=np.exp(g.uniform(*np.log(softness), n)).astype(dtype))
+
+
+def painted(boxes: Boxes, **options) -> Frame:
+    return rasterize(boxes, ridges(), **SIZE, **options)
+
+
+def error_of(boxes: Boxes) -> float:
+    """Largest difference from the definition in color and alpha."""
+    actual, expected = painted(boxes), reference.rasterize(boxes, ridges(), RasterOptions(**SIZE))
+    for plane in (actual.rgb, actual.alpha, actual.depth):
+        assert np.isfinite(plane).all()
+    np.testing.assert_allclose(actual.depth, expected.depth, atol=2 * ERROR * np.ptp(boxes.depths) + 1e-5)
+    return float(max(np.abs(actual.rgb - expected.rgb).max(), np.abs(actual.alpha - expected.alpha).max()))
+
+
+@for_each(("opacities", "softness", "spread", "num"), pairs_of(OPACITIES, SOFTNESS, SPREADS, NUMBERS))
+def test_crowds_are_as_defined_to_half_a_step_of_eight_bits(opacities, softness, spread, num):
+    n, dtype = num
+    boxes = crowd(n, opacities=OPACITIES[opacities], softness=SOFTNESS[softness], spread=spread, dtype=dtype)
+    assert error_of(boxes) < ERROR
+
+
+@settings(max_examples=10, deadline=None)
+@given(
+    seed=SEEDS,
+    n=st.integers(MOST_WAITING + 1, 400),
+    spread=st.floats(0, 8),
+    least_softness=st.floats(0, 1),
+    alternates=st.booleans(),
+)
+def test_any_mixture_of_faint_and_full_paint_is_as_defined(seed, n, spread, least_softness, alternates):
+    """Also where colors alternate from stroke to stroke: merging neighbors would show most there."""
+    g = np.random.default_rng(seed)
+    boxes = crowd(n, spread=spread, seed=seed)
+    colors = np.tile([[1.0, 0, 0], [0, 0, 1]], (n, 1))[:n] if alternates else boxes.colors
+    opacities = g.choice([0.005, 0.03, 0.3, 1.0], n, p=g.dirichlet(np.ones(4)))
+    softness = g.uniform(least_softness, 1, n) * (g.random(n) < 0.9)
+    assert error_of(replace(boxes, colors=colors, opacities=opacities, softness=softness)) < ERROR
+
+
+def test_up_to_160_that_wait_are_painted_without_error_and_more_of_one_depth_too():
+    boxes = crowd(400)
+    few = boxes.take(np.s_[:MOST_WAITING])
+    assert error_of(few) < 1e-13
+    assert 1e-13 < error_of(boxes) < ERROR
+    level = replace(boxes, depths=np.full(400, 5.0))
+    assert error_of(level) < 1e-12
+
+
+def test_threads_and_the_tiles_before_change_no_bit():
+    """Memory of a thread is kept: a tile of a crowd leaves nothing behind for the next."""
+    g = np.random.default_rng(5)
+    boxes = crowd(1000, opacities=(0.01, 0.2), softness=(0.1, 1.0), spread=2.0, dtype=np.float32)
+    boxes = replace(boxes, centers=(g.uniform(0, 150, (1000, 2))).astype(np.float32))
+    how = {"width": 150, "height": 120}
+    one = rasterize(boxes, bristles(), num_threads=1, **how)
+    for num_threads in (2, 5, 1):
+        threaded = rasterize(boxes, bristles(), num_threads=num_threads, **how)
+        np.testing.assert_array_equal(threaded.rgb, one.rgb)
+        np.testing.assert_array_equal(threaded.depth, one.depth)

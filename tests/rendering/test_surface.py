@@ -2,37 +2,18 @@
 
 import numpy as np
 
-from brushgs.rendering.surface import (
-    LINEN_HEIGHT,
-    LINEN_TONE,
-    PAPER_HEIGHT,
-    PAPER_TONE,
-    PERIOD,
-    Surface,
-    flat,
-    linen,
-    paper,
-)
+import brushgs.rendering.surface as canvases
+from brushgs.rendering.surface import Surface, flat, linen, paper
 from tests.kit.for_each import for_each
 
 CANVASES = {"linen": linen, "paper": paper}
-HEIGHTS = {"linen": LINEN_HEIGHT, "paper": PAPER_HEIGHT}
-TONES = {"linen": LINEN_TONE, "paper": PAPER_TONE}
+HEIGHTS = {"linen": canvases.LINEN_HEIGHT, "paper": canvases.PAPER_HEIGHT}
+TONES = {"linen": canvases.LINEN_TONE, "paper": canvases.PAPER_TONE}
 CREAM = (0.9, 0.85, 0.75)
 
 
 def canvas(name: str, width: int = 1000, height: int = 750, **options) -> Surface:
     return CANVASES[name](CREAM, height=height, width=width, **options)
-
-
-def autocorrelation(field: np.ndarray) -> np.ndarray:
-    """[H, W] correlation of a field with itself moved by whole pixels, without wrapping, from no move on."""
-    field = field - field.mean()
-    padded = [2 * n for n in field.shape]
-    sums = np.fft.irfft2(np.abs(np.fft.rfft2(field, padded)) ** 2, padded)
-    overlap = np.outer(*(n - np.arange(n) for n in field.shape))
-    found = sums[: field.shape[0], : field.shape[1]] / overlap
-    return np.asarray(found / found[0, 0])
 
 
 @for_each("name", CANVASES)
@@ -59,15 +40,6 @@ def test_a_seed_repeats(name):
     np.testing.assert_array_equal(surface.height, again.height)
     np.testing.assert_array_equal(surface.rgb, again.rgb)
     assert abs(np.corrcoef(surface.height.ravel(), other.height.ravel())[0, 1]) < 0.1
-
-
-def test_linen_has_threads_of_the_period():
-    found = autocorrelation(canvas("linen").height)
-    for profile in (found[0], found[:, 0]):
-        twice = round(2 * PERIOD)  # over and under in turn: like itself after two
-        assert profile[twice] > 0.2
-        assert profile[twice] > profile[twice - 2]
-        assert profile[twice] > profile[twice + 2]
 
 
 @for_each("name", CANVASES)

@@ -7,7 +7,8 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering import reference
 from brushgs.rendering.rasterize import RasterOptions, rasterize
 from tests.kit.for_each import for_each
-from tests.rendering.strokes import boxes_of, random_boxes, relieved, ridges, softened
+from tests.rendering.paintings import relieved
+from tests.rendering.strokes import boxes_of, random_boxes, ridges, softened
 
 SOLID = StrokeTexture.from_coverage(np.ones((2, 2)))
 QUARTER = np.pi / 2

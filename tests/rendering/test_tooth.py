@@ -41,14 +41,6 @@ def test_pressed_marks_are_those_of_the_formula(size, dry, dtype):
     np.testing.assert_array_equal(pressed.depth, frame.depth)
 
 
-def test_firm_marks_are_whole_and_faint_ones_stay_on_the_peaks():
-    alpha = np.array([[0.9, 0.9, 0.4, 0.4]])
-    frame = Frame(alpha[..., None] * np.ones(3), alpha)
-    pressed = press(frame, np.array([[0.0, 1.0, 0.0, 1.0]]), 0.42)
-    np.testing.assert_allclose(pressed.alpha, [[0.9, 0.9, 0, 0.4]])
-    assert (pressed.rgb[0, 2] == 0).all()
-
-
 def test_a_painted_frame_and_a_grain_of_another_dtype_and_layout_are_taken():
     frame = rasterize(random_boxes(50, 30, 20, dtype=np.float32), "flat", width=30, height=20)
     grain = np.random.default_rng(2).uniform(0, 1, (30, 20)).T

@@ -39,15 +39,12 @@ def one(scale, *, mean=(0, 0, 0), quat=(1, 0, 0, 0)) -> bg.Gaussians:
     return bg.Gaussians(*(np.asarray(column, np.float64) for column in columns))
 
 
-def turntable(
-    num_frames: int, *, elevation: float = 0.3, step: float = STEP, distance=4.0
-) -> list[bg.Camera]:
+def turntable(num_frames, *, elevation=0.3, step=STEP, distance=4.0) -> list[bg.Camera]:
     """Views from a circle around the origin, `step` apart."""
     angles = step * np.arange(num_frames)
     across = distance * np.cos(elevation)
-    eyes = np.stack(
-        [across * np.sin(angles), 0 * angles - distance * np.sin(elevation), -across * np.cos(angles)]
-    )
+    down = 0 * angles - distance * np.sin(elevation)
+    eyes = np.stack([across * np.sin(angles), down, -across * np.cos(angles)])
     return [bg.Camera.look_at(eye, (0, 0, 0), (0, -1, 0), **SIZE) for eye in eyes.T]
 
 

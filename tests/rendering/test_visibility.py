@@ -51,9 +51,8 @@ def test_sums_are_the_derivative_of_a_picture_by_its_colors_and_depths(dtype, ke
     sums, areas = painted_sums(boxes, kernel, values, shares, num_threads=num_threads)
     # With an alpha of 1 a layer is a sum by weights, as a color is.
     flat = bg.Frame(np.zeros_like(values), np.ones_like(shares), np.zeros_like(shares))
-    expected = rasterize_backward(
-        boxes, kernel, flat, FrameGradients(values, None, {"depth": shares}), RasterOptions(70, 101)
-    )
+    v = FrameGradients(values, None, {"depth": shares})
+    expected = rasterize_backward(boxes, kernel, flat, v, RasterOptions(70, 101))
     np.testing.assert_array_equal(sums, expected.colors)
     np.testing.assert_array_equal(areas, expected.depths)
     np.testing.assert_array_equal(painted_shares(boxes, kernel, shares, num_threads=num_threads), areas)

@@ -8,20 +8,11 @@ import pytest
 
 from brushgs.core.threads import at_most
 from brushgs.pipeline.media.looking import looked_at
+from brushgs.rendering import wet_layer
 from brushgs.rendering.effect import positions_of
 from brushgs.rendering.space_noise import FINEST, OCTAVES, Anchor, space_noise
 from brushgs.rendering.surface import paper
-from brushgs.rendering.wet_layer import (
-    ROUNDS,
-    Key,
-    ShadowWash,
-    Washes,
-    WetLayer,
-    _mixed,
-    _parted,
-    ragged_border,
-    smooth,
-)
+from brushgs.rendering.wet_layer import ROUNDS, Key, ShadowWash, Washes, WetLayer, ragged_border, smooth
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
@@ -57,10 +48,8 @@ def painted(height: int, width: int, dtype=np.float32) -> Frame:
     """A disc of two colors before nothing."""
     y, x = np.mgrid[:height, :width] / max(height, width) * 2 - 1
     alpha = np.clip((0.8 - np.hypot(x + 0.1, y + 0.3)) * 8, 0, 1)
-    colors = (
-        np.where((x < -0.1)[..., None], [0.5, 0.2, 0.1], [0.15, 0.25, 0.5])
-        * (0.6 + 0.4 * np.sin(7 * y))[..., None]
-    )
+    halves = np.where((x < -0.1)[..., None], [0.5, 0.2, 0.1], [0.15, 0.25, 0.5])
+    colors = halves * (0.6 + 0.4 * np.sin(7 * y))[..., None]
     depth = np.where(alpha > 0, 4 - 0.5 * x, 0)
     return Frame((colors * alpha[..., None]).astype(dtype), alpha.astype(dtype), depth.astype(dtype))
 
@@ -86,19 +75,16 @@ def test_kernels_agree_with_the_definitions(size, dtype):
 
     smoothed, washes = [random(*size, 3, seed=k).astype(dtype) for k in (6, 7, 8)], Washes()
     noise[..., 2] = np.minimum(noise[..., 2], 1)
-    parted, wanted_parts = _parted(smoothed, noise, washes), reference.part_washes(smoothed, noise, washes)
-    for one, other in zip(parted, wanted_parts, strict=True):
+    parted = wet_layer._parted(smoothed, noise, washes)
+    for one, other in zip(parted, reference.part_washes(smoothed, noise, washes), strict=True):
         np.testing.assert_allclose(one, other, **near)
 
     blurred = parted[1] * dtype(0.7)
-    for soft, sheet in (
-        (None, (None, None, None)),
-        (np.stack([alpha**2, 2 * alpha - 1], axis=-1), (depth / 8, alpha, guide)),
-    ):
-        got = _mixed(parted, blurred, noise, (alpha, soft), sheet, washes)
-        for one, other in zip(
-            got, reference.mix_washes(parted, blurred, noise, (alpha, soft), sheet, washes), strict=True
-        ):
+    lost = np.stack([alpha**2, 2 * alpha - 1], axis=-1), (depth / 8, alpha, guide)
+    for soft, sheet in ((None, (None, None, None)), lost):
+        got = wet_layer._mixed(parted, blurred, noise, (alpha, soft), sheet, washes)
+        wanted = reference.mix_washes(parted, blurred, noise, (alpha, soft), sheet, washes)
+        for one, other in zip(got, wanted, strict=True):
             np.testing.assert_allclose(one, other, **near)
 
 
@@ -180,14 +166,24 @@ def test_a_room_ends_in_a_ragged_border_of_paper():
         border[0] = 1
 
 
-def left_of(alpha: np.ndarray, light: np.ndarray, towards: tuple[float, float, float] | None = None):
+Y, X = np.mgrid[:240, :480]
+
+
+def disc(x: float, y: float, radius: float) -> np.ndarray:
+    return np.hypot(X - x, Y - y) < radius
+
+
+def shown(mask: np.ndarray, light) -> Frame:
+    """What is painted 4 in front of the camera, in a tone or tones."""
+    alpha = mask.astype(np.float64)
+    return Frame((light * alpha)[..., None] * (1.0, 0.98, 0.96), alpha, 4 * alpha)
+
+
+def left_of(frame: Frame, towards: tuple[float, float, float] | None = None):
     """How much of the tone is left where outlines are lost, and the layer."""
-    frame = Frame((light * alpha)[..., None] * (1.0, 0.98, 0.96), alpha, 4 * alpha)
-    camera, white = camera_of(*alpha.shape), np.ones(3)
-    layer = WetLayer(
-        Key(0.05, 0.95), Anchor((0, 0, 4), 4.0, (0, -50, 4), 1.0, seed=3), False, towards=towards
-    )
-    found, _ = looked_at(layer, [(frame, camera)])
+    camera, white = camera_of(*frame.alpha.shape), np.ones(3)
+    anchor = Anchor((0, 0, 4), 4.0, (0, -50, 4), 1.0, seed=3)
+    found, _ = looked_at(WetLayer(Key(0.05, 0.95), anchor, False, towards=towards), [(frame, camera)])
     whole = replace(found, washes=replace(found.washes, lost=(9.0, *found.washes.lost[1:])))
     before, after = (1 - one(frame, camera, None).over(white).mean(axis=2) for one in (whole, found))
     return after / np.maximum(before, 1e-9), found
@@ -195,9 +191,8 @@ def left_of(alpha: np.ndarray, light: np.ndarray, towards: tuple[float, float, f
 
 def test_the_lightest_part_of_an_outline_is_lost_and_the_dark_keeps_it():
     """A disc, lighter to the right, under a lamp behind the camera."""
-    y, x = np.mgrid[:120, :240]
-    alpha = (np.hypot(x - 90, y - 60) < 50).astype(np.float64)
-    left, _ = left_of(alpha, 0.05 + 0.65 * np.clip((x - 40) / 100, 0, 1), (0, 0, -1))
+    light = 0.05 + 0.65 * np.clip((X - 40) / 100, 0, 1)
+    left, _ = left_of(shown(disc(90, 60, 50)[:120, :240], light[:120, :240]), (0, 0, -1))
     assert left[60, 136:138].max() < 0.5  # beside the outline, in the light
     assert left[60, 44:48].min() > 0.75  # likewise in the dark
     assert left[60, 48:120].min() > 0.9
@@ -205,25 +200,20 @@ def test_the_lightest_part_of_an_outline_is_lost_and_the_dark_keeps_it():
 
 def test_a_share_of_a_lost_outline_is_lost_where_all_of_it_would_be():
     """A light disc; density, of which some stays, falls evenly with the share."""
-    y, x = np.mgrid[:120, :240]
-    alpha = (np.hypot(x - 90, y - 60) < 50).astype(np.float64)
-    frame, camera = Frame(alpha[..., None] * (0.6, 0.6, 0.5), alpha, 4 * alpha), camera_of(120, 240)
+    frame, camera = shown(disc(90, 60, 50)[:120, :240], 0.6), camera_of(120, 240)
     layer, (wet,) = looked_at(WetLayer(KEY, ANCHOR), [(frame, camera)])
-    lost = [replace(layer, losing=share).lost(wet) for share in (0, 0.5, 1)]
+    layers = [replace(layer, losing=share) for share in (0, 0.5, 1)]
+    lost = [one.lost(wet) for one in layers]
     assert not lost[0].any()
     assert lost[2].max() > 0.9
     assert abs(lost[1].max() - 0.5 * lost[2].max()) < 0.05
-    shown = [
-        replace(layer, losing=share)(frame, camera, None).over(np.ones(3)).mean() for share in (0, 0.5, 1)
-    ]
-    assert shown[0] < shown[1] < shown[2]
+    means = [one(frame, camera, None).over(np.ones(3)).mean() for one in layers]
+    assert means[0] < means[1] < means[2]
 
 
 def test_an_outline_is_kept_where_the_subject_stands():
     """An upright bar of one tone: up to a fifth of its height it is as if the lamp were on the other side."""
-    y, x = np.mgrid[:240, :480]
-    alpha = ((abs(x - 240) < 40) & (abs(y - 120) < 100)).astype(np.float64)
-    frame, camera = Frame(0.5 * alpha[..., None].repeat(3, axis=2), alpha, 4 * alpha), camera_of(240, 480)
+    frame, camera = shown((abs(X - 240) < 40) & (abs(Y - 120) < 100), 0.5), camera_of(240, 480)
     ends = positions_of(np.full((240, 480), 4.0), camera)[[220, 20], 240].astype(np.float64)
     up = (ends[1] - ends[0]) / ((ends[1] - ends[0]) ** 2).sum()
     ground = (*up.tolist(), -float(up @ ends[0]))
@@ -236,13 +226,10 @@ def test_an_outline_is_kept_where_the_subject_stands():
 
 
 def test_washes_reach_the_edge_of_a_sheet_without_border():
-    alpha, camera = np.ones((60, 80)), camera_of(60, 80)
-    frame = Frame(0.5 * alpha[..., None].repeat(3, axis=2), alpha, 4 * alpha)
+    frame, camera = shown(np.ones((60, 80)), 0.5), camera_of(60, 80)
     for is_room in (False, True):
-        whole, bare = (
-            WetLayer(KEY, ANCHOR, is_room, has_border=one)(frame, camera, None).over(np.ones(3))
-            for one in (False, True)
-        )
+        layers = [WetLayer(KEY, ANCHOR, is_room, has_border=one) for one in (False, True)]
+        whole, bare = (layer(frame, camera, None).over(np.ones(3)) for layer in layers)
         assert bare[0].min() > 0.95
         assert whole[0].max() < 0.9
     tints = [ShadowWash(ANCHOR, has_border=one)(frame, camera, None).rgb[0] for one in (True, False)]
@@ -252,23 +239,20 @@ def test_washes_reach_the_edge_of_a_sheet_without_border():
 
 def test_thin_parts_lose_the_side_of_the_lamp_alone():
     """An upright bar of one tone, and a disc that is darker."""
-    y, x = np.mgrid[:240, :480]
-    bar, disc = (abs(x - 400) < 7) & (abs(y - 120) < 100), np.hypot(x - 150, y - 120) < 80
-    alpha, light = (bar | disc).astype(np.float64), np.where(bar, 0.6, 0.15)
+    bar = (abs(X - 400) < 7) & (abs(Y - 120) < 100)
+    frame = shown(bar | disc(150, 120, 80), np.where(bar, 0.6, 0.15))
     for towards, lit, shaded in (((-0.8, 0, -0.6), 395, 405), ((0.8, 0, -0.6), 405, 395)):
-        left, _ = left_of(alpha, light, towards)
+        left, _ = left_of(frame, towards)
         assert left[120, lit] < 0.4
         assert left[120, shaded] > 0.85
 
 
 def test_darks_of_a_small_subject_get_dark_by_rank():
     """The darkest 2 % of the picture are a third of a disc of middle tones; a dark disc stays as it is."""
-    y, x = np.mgrid[:240, :480]
     tones = {}
     for radius, darkest in ((48, 0.4), (110, 0.05)):
-        alpha = (np.hypot(x - 200, y - 120) < radius).astype(np.float64)
-        light = np.where(x < 200 - radius / 4, darkest, 0.75)
-        _, tones[radius] = left_of(alpha, light)
+        light = np.where(200 - radius / 4 > X, darkest, 0.75)
+        _, tones[radius] = left_of(shown(disc(200, 120, radius), light))
     assert tones[110].key == Key(0.05, 0.95)
     assert tones[48].key.gamma > 1.2 * tones[110].key.gamma
     assert tones[48].key.chroma < 0.95 * tones[110].key.chroma, "or what gets darker gets more colorful"
@@ -287,9 +271,7 @@ def test_the_night_behind_a_window_is_no_bare_paper_but_what_no_paint_surrounds_
 
 def test_a_narrow_part_keeps_its_middle_where_it_loses_its_outline():
     """A light disc of a radius of 18 px on a dark one of 80: a lost outline fades over a third of each."""
-    y, x = np.mgrid[:240, :480]
-    head, body = np.hypot(x - 240, y - 38) < 18, np.hypot(x - 240, y - 135) < 80
-    alpha = (head | body).astype(np.float64)
-    left, _ = left_of(alpha, np.where(head, 0.5, 0.15), (0, 0, -1))
+    head = disc(240, 38, 18)
+    left, _ = left_of(shown(head | disc(240, 135, 80), np.where(head, 0.5, 0.15)), (0, 0, -1))
     assert left[38, 224:226].max() < 0.3
     assert left[38, 236:245].min() > 0.8

@@ -20,10 +20,8 @@ from brushgs.pipeline.report import Report
 from brushgs.pipeline.strokes import load_scene
 from brushgs.still_life import still_life_camera
 from tests.io.ply_maker import scene_columns, write_scene
-from tests.kit.commands import stages_of
-from tests.kit.for_each import for_each
+from tests.kit import for_each, stages_of, still_life_of
 from tests.passes.scenes import assert_same
-from tests.scenes import still_life_of
 
 PEARS = still_life_of(6000)
 NUM, MOST = len(PEARS), 2000
@@ -62,9 +60,8 @@ def test_strokes_do_not_depend_on_the_blocks_and_are_nearly_those_of_the_scene_i
     whole, merged = bg.load(path), load(path)
     assert 0.4 * MOST < len(merged) <= MOST
     plain = bg.render(whole, CAMERA, "gaussian")
-    in_memory, in_blocks = (
-        psnr(bg.render(bg.cluster(scene, 100), CAMERA, "gaussian"), plain) for scene in (whole, merged)
-    )
+    strokes = (bg.cluster(one, 100) for one in (whole, merged))
+    in_memory, in_blocks = (psnr(bg.render(one, CAMERA, "gaussian"), plain) for one in strokes)
     assert in_blocks > in_memory - 0.5
 
 
@@ -157,9 +154,7 @@ def test_blocks_take_less_memory_than_the_scene(path: Path, tmp_path: Path) -> N
     assert 4000 < int(num) <= 1 << 14, run.stderr
 
 
-def test_a_bar_counts_the_blocks(
-    path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_bar_counts_the_blocks(path: Path, monkeypatch, capsys) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")  # rich takes the pipe of the test for a terminal
     report = Report(shows_progress=True)
     with report.stage("load"):
