@@ -40,15 +40,10 @@ def columns_of(value, names):
 
 def small_boxes():
     """Four strokes over each other, two beyond the picture's edge."""
-    g = np.random.default_rng(2)
-    return boxes_of(
-        [[4.2, 5.3], [6.1, 4.4], [9.7, 8.2], [1.3, 10.6]],
-        g.uniform(2.5, 5, (4, 2)),
-        angles=g.uniform(-3, 3, 4),
-        depths=[1.0, 1.7, 2.1, 4.0],
-        colors=g.uniform(0, 1, (4, 3)),
-        opacities=[0.6, 0.95, 0.8, 0.9],
-    )
+    g, centers = np.random.default_rng(2), [[4.2, 5.3], [6.1, 4.4], [9.7, 8.2], [1.3, 10.6]]
+    half_extents, how = g.uniform(2.5, 5, (4, 2)), {"depths": [1.0, 1.7, 2.1, 4.0]}
+    how |= {"angles": g.uniform(-3, 3, 4), "colors": g.uniform(0, 1, (4, 3))}
+    return boxes_of(centers, half_extents, opacities=[0.6, 0.95, 0.8, 0.9], **how)
 
 
 LOCKS = {"directions": directions(3), "scaled directions": directions(3, area_scales=True)}

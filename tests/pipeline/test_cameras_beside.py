@@ -130,19 +130,16 @@ def test_none_switches_it_off(scene, tmp_path, capsys):
     off = ["--camera-file", "none"]
     assert "+z by cameras.json beside the scene" in run(capsys, "info", scene)[1]
     assert "cameras.json" not in run(capsys, "info", scene, *off)[1]
-    for command, output, *more in (
-        ("render", "out.png", "--size", "32x24", "--look", "plain", "--see", "off"),
-        ("prune", "out.ply"),
-    ):
+    small = "--size", "32x24", "--look", "plain", "--see", "off"
+    for command, output, *more in (("render", "out.png", *small), ("prune", "out.ply")):
         for words, is_told in (([], True), (off, False)):
             out = run(capsys, command, scene, *words, "-o", tmp_path / output, *more, "--json")[1]
             assert any("cameras.json" in note for note in json.loads(out)["notes"]) == is_told
 
 
 def test_a_sheet_begins_with_the_sides_that_were_photographed(scene):
-    write_cameras(
-        scene.parent / "cameras.json", moved_cameras(photographs(arc=100.0, high=10.0), rotation=ON_SIDE)
-    )
+    turned = moved_cameras(photographs(arc=100.0, high=10.0), rotation=ON_SIDE)
+    write_cameras(scene.parent / "cameras.json", turned)
     view = view_of(scene)[0]
     assert view.stood is not None
     rows = plan_sheet(view, ViewConfig())

@@ -24,42 +24,42 @@ PAINT = without_look("flat", 200, (96, 72))
 FOR_VIEW = changed(PAINT, cluster={"strokes_for": "view"})
 
 
+def made(scene, config=PAINT, **options):
+    report = Report()
+    return prepare(scene, config, report, **options), stages(report)
+
+
 @for_each(("floaters", "dropped"), [("off", 0), ("sure", 2)])
 def test_floaters_are_dropped_before_the_view_is_framed(floaters, dropped):
-    report = Report()
     config = changed(PAINT, clean={"floaters": floaters})
-    prepared = prepare(DIRTY, config, report, asks=(*PICTURE, "scene"))
+    prepared, found = made(DIRTY, config, asks=(*PICTURE, "scene"))
     assert len(DIRTY) - len(prepared.whole_scene) == dropped
-    assert stages(report)["clean"].counts["after"] == len(DIRTY) - dropped
+    assert found["clean"].counts["after"] == len(DIRTY) - dropped
     if dropped:
-        clean = prepare(ball(), config, Report())
+        clean, _ = made(ball(), config)
         np.testing.assert_array_equal(prepared.camera.viewmat, clean.camera.viewmat)
 
 
 def test_strokes_are_not_searched_for_floaters(tmp_path):
     write_scene(DIRTY, tmp_path / "strokes.ply", is_strokes=True)
-    report, whole = Report(), changed(PAINT, cluster={"strokes": None})
-    assert len(prepare(tmp_path / "strokes.ply", whole, report).strokes) == len(DIRTY)
-    assert "they are strokes already" in stages(report)["clean"].skipped[0]
+    prepared, found = made(tmp_path / "strokes.ply", changed(PAINT, cluster={"strokes": None}))
+    assert len(prepared.strokes) == len(DIRTY)
+    assert "they are strokes already" in found["clean"].skipped[0]
 
 
 def test_the_report_says_where_strong_would_help():
-    near = blobs((0, 0, 1.1), 0.02)
-    report = Report()
-    prepare(joined(ball(), near), PAINT, report)
-    assert "1 more may be floaters: --clean strong drops them too" in stages(report)["clean"].did
+    _, found = made(joined(ball(), blobs((0, 0, 1.1), 0.02)))
+    assert "1 more may be floaters: --clean strong drops them too" in found["clean"].did
 
 
 def test_all_strokes_are_spent_where_the_camera_looks():
-    report = Report()
-    prepared = prepare(TWO, FOR_VIEW, report, views=CAMERA)
+    prepared, found = made(TWO, FOR_VIEW, views=CAMERA)
     assert (prepared.strokes.means[:, 0] < 4).all()
     assert (prepared.strokes.means[:, 2] < 0.3).all()  # the back of the ball is hidden
-    assert stages(report)["seen"].counts["after"] < len(ball())
-    assert stages(report)["prune"].skipped == ["pruning: what is not seen is dropped already"]
-    plain_report = Report()
-    both = prepare(TWO, PAINT, plain_report, views=CAMERA)
-    assert "seen" not in [stage.name for stage in plain_report.stages]
+    assert found["seen"].counts["after"] < len(ball())
+    assert found["prune"].skipped == ["pruning: what is not seen is dropped already"]
+    both, found = made(TWO, views=CAMERA)
+    assert "seen" not in found
     assert (both.strokes.means[:, 0] > 4).sum() > 50
 
 
@@ -72,9 +72,8 @@ def test_the_report_says_when_most_strokes_lie_outside():
 
 
 def test_along_a_path_what_any_of_its_views_sees_is_kept():
-    report = Report()
-    prepared = prepare(ball(), FOR_VIEW, report, views=PathConfig(orbit=48))
-    assert stages(report)["seen"].counts["views"] == 24
+    prepared, found = made(ball(), FOR_VIEW, views=PathConfig(orbit=48))
+    assert found["seen"].counts["views"] == 24
     assert (prepared.strokes.means[:, 2] > 0.5).any()
     assert (prepared.strokes.means[:, 2] < -0.5).any()
 

@@ -52,9 +52,8 @@ def test_only_what_washes_and_blacks_need_is_painted_whole():
     assert 0 < of_look["oil"] < of_look["charcoal"] < 40
     larger = camera.resized(4000, 3000)
     assert reaches["oil"].reach(larger) > of_look["oil"]
-    assert replace(reaches["oil"], dpi=150.0).reach(larger) == replace(reaches["oil"], dpi=150.0).reach(
-        camera
-    )
+    on_paper = replace(reaches["oil"], dpi=150.0)
+    assert on_paper.reach(larger) == on_paper.reach(camera)
 
 
 def test_layers_and_samples_of_a_part_are_those_of_the_whole():

@@ -99,6 +99,9 @@ def test_a_film_that_flashes_says_so(light, rate, flashes):
     assert any("flashes more than 3 times a second" in str(one.message) for one in told) is flashes
 
 
+# Films close where the path of their camera does
+
+
 NUM_FRAMES, FPS = 24, 12
 SWAY = PathConfig(orbit=NUM_FRAMES, sway=0.05, fps=FPS)  # small steps: what changes is what is made by hand
 FILE = Path("closed.json")

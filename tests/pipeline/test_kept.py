@@ -192,9 +192,8 @@ def test_levels_of_brushes_come_back_as_they_were(tmp_path):
     first, second = (replace(bg.StrokeTexture.open("flat")) for _ in range(2))
     levels = KeptLevels(Store(tmp_path))
     with found_by(levels.find):
-        made = {
-            code: packed_levels(first, [code], heights=code[0] > 1)[0] for code in ((0, 0), (2, 1), (3, 3))
-        }
+        codes = (0, 0), (2, 1), (3, 3)
+        made = {code: packed_levels(first, [code], heights=code[0] > 1)[0] for code in codes}
         levels.close()
     with found_by(KeptLevels(Store(tmp_path)).find):
         assert known_levels(second) == {}

@@ -76,11 +76,8 @@ def test_deep_frames_name_their_strokes_in_a_file_beside_them(scene, tmp_path):
     assert source.spec().deep
     deep = source.read_native_deep_image()
     channel = list(source.spec().channelnames).index("id")
-    ids = {
-        deep.deep_value_uint(pixel, channel, sample)
-        for pixel in range(0, deep.pixels, 7)
-        for sample in range(deep.samples(pixel))
-    }
+    samples = ((pixel, row) for pixel in range(0, deep.pixels, 7) for row in range(deep.samples(pixel)))
+    ids = {deep.deep_value_uint(pixel, channel, row) for pixel, row in samples}
     assert min(ids) >= 1
     assert max(ids) <= 300
 

@@ -48,10 +48,8 @@ def test_a_look_adds_all_of_it_and_nothing_where_it_is_switched_off():
 
 def test_the_light_on_strokes_comes_from_the_lamp():
     """Lit from the other side, what was light is dark; places and brushes stay."""
-    left, right = (
-        painted(replace(oil(key=1.0, sun=(radians(azimuth), radians(25))), color=without(oil()).color))[0]
-        for azimuth in (-70, 70)
-    )
+    suns = (oil(key=1.0, sun=(radians(azimuth), radians(25))) for azimuth in (-70, 70))
+    left, right = (painted(replace(config, color=without(oil()).color))[0] for config in suns)
     np.testing.assert_array_equal(left.strokes.means, right.strokes.means)
     np.testing.assert_array_equal(left.strokes.brushes, right.strokes.brushes)
     lightness = [found.strokes.sh[:, 0].mean(axis=1) for found in (left, right)]

@@ -139,10 +139,10 @@ def test_relief_and_lost_edges_follow_their_maps(tmp_path):
     assert mapped.edges.lost[is_out].max() == 0
 
 
-@for_each(
-    "text",
-    ["size=column:confidence:0.5..2", "opacity=not height:0.2..1:1..0", "density=subject"],
-)
+WRITTEN = "size=column:confidence:0.5..2", "size=height:20%..:0.5..2", "opacity=not height:0.2..1:1..0"
+
+
+@for_each("text", [*WRITTEN, "density=subject"])
 def test_a_map_is_written_as_it_is_read(text):
     assert Map.parse(str(Map.parse(text))) == Map.parse(text)
 
@@ -172,10 +172,8 @@ def test_a_map_is_taken_by_look_files_and_keywords(tmp_path):
     look = tmp_path / "look.toml"
     look.write_text('[strokes]\nmaps = ["size=subject:1..2", "chroma=subject"]\n')
     assert len(bg.Look.open(look).config.strokes.maps) == 2
-    plain, mapped = (
-        bg.paint(SCENE, strokes=40, size=(32, 24), up="-y", see="off", **given)
-        for given in ({}, {"map": ["chroma=subject:0..0"]})
-    )
+    how = {"strokes": 40, "size": (32, 24), "up": "-y", "see": "off"}
+    plain, mapped = (bg.paint(SCENE, **how, map=maps) for maps in ([], ["chroma=subject:0..0"]))
     assert np.ptp(mapped.rgb, axis=2).max() < 0.5 * np.ptp(plain.rgb, axis=2).max()
     with pytest.raises(ValueError, match="list of texts"):
         bg.paint(SCENE, map=[3])

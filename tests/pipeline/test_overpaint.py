@@ -28,10 +28,8 @@ def test_fields_turn_with_combed_strokes_and_others_keep_theirs():
     for name in ("facing", "along"):
         now, before = getattr(after.fields, name), getattr(fields, name)
         np.testing.assert_allclose(now[~is_turned], before[~is_turned], atol=1e-6)
-        own = [
-            np.einsum("nij,ni->nj", rotation_matrices(one.quats), vectors)
-            for one, vectors in ((strokes, before), (after.strokes, now))
-        ]
+        pairs = (strokes, before), (after.strokes, now)
+        own = [np.einsum("nij,ni->nj", rotation_matrices(one.quats), vectors) for one, vectors in pairs]
         np.testing.assert_allclose(*own, atol=1e-5)
     assert not np.allclose(after.fields.along, fields.along)
     (bare,) = overpainted([replace(coat, fields=None)], strokes, Overpainted((given,), given), 1, Report())

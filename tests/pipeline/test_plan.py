@@ -11,7 +11,7 @@ from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from tests.kit import changed, for_each, still_life_of
-from tests.passes.scenes import random_gaussians
+from tests.passes.scenes import gaussians_at
 
 SECONDS, NUM_MOMENTS = 1.0, 9
 SIZE = 1.0  # of the body, world units
@@ -24,15 +24,9 @@ CENTER = np.array([4.0, -1.0, 2.0])  # far from the origin, where cameras of cap
 
 def ball(num):
     """Small Gaussians on a sphere."""
-    scene = random_gaussians(num, 1).astype(np.float32)
     away = np.random.default_rng(2).normal(size=(num, 3))
     means = 0.5 * SIZE * away / np.linalg.norm(away, axis=1, keepdims=True) + CENTER
-    return replace(
-        scene,
-        means=means.astype(np.float32),
-        scales=np.full((num, 3), 0.04 * SIZE, np.float32),
-        opacities=np.full(num, 0.9, np.float32),
-    )
+    return gaussians_at(means, 0.04 * SIZE, dtype=np.float32)
 
 
 def wall(num):

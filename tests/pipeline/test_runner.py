@@ -234,13 +234,13 @@ OPTIONS = {
 @given(data=st.data())
 def test_kept_results_never_change_a_painting(data):
     """Of another job that was painted before."""
+
+    def drawn(fields):
+        return {name: data.draw(st.sampled_from(choices)) for name, choices in fields.items()}
+
     memory = Memory()
     for _ in range(2):
-        steps = {
-            step: {name: data.draw(st.sampled_from(choices)) for name, choices in fields.items()}
-            for step, fields in OPTIONS.items()
-        }
-        config = kit_changed(OIL, **steps)
+        config = kit_changed(OIL, **{step: drawn(fields) for step, fields in OPTIONS.items()})
         kept = prepare(SCENE, config, Report(), memory=memory)
     anew = prepare(SCENE, config, Report())
     assert np.array_equal(paint_view(kept, Report()).rgb, paint_view(anew, Report()).rgb)

@@ -173,7 +173,14 @@ def test_strokes_are_a_count_a_share_or_all(asked, num):
     assert ClusterConfig(strokes=asked).num_strokes(1000) == num
 
 
-@for_each("strokes", [0, 1.5])
-def test_strokes_that_are_none_are_refused(strokes):
-    with pytest.raises(ValueError, match="strokes must be a count >= 1 or a share"):
-        ClusterConfig(strokes=strokes)
+@for_each(
+    ("make", "sentence"),
+    [
+        (lambda: ClusterConfig(strokes=0), "strokes must be a count >= 1 or a share"),
+        (lambda: ClusterConfig(strokes=1.5), "strokes must be a count >= 1 or a share"),
+        (lambda: ViewConfig(size=(0, 5)), "size must be 1x1 to 32767x32767 pixels, got 0x5"),
+    ],
+)
+def test_counts_and_sizes_that_are_none_are_refused(make, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        make()

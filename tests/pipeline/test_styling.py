@@ -65,10 +65,8 @@ def test_an_affine_style_is_a_map_of_the_picture_the_dial_and_the_mix_are_linear
     mixed = plain + 0.5 * (whole - plain) + 0.25 * (negative - plain)
     assert np.abs(found - mixed).mean() < 2e-3
     # An edit changes sizes in its share, too.
-    small, large = (
-        prepare(SCENE, config, Report(), views=CAMERA).strokes.scales
-        for config in (PAINT, config_of("larger.style:0.5", place))
-    )
+    configs = PAINT, config_of("larger.style:0.5", place)
+    small, large = (prepare(SCENE, config, Report(), views=CAMERA).strokes.scales for config in configs)
     np.testing.assert_allclose(large, small * np.exp(0.25), rtol=1e-5)
 
 
@@ -102,7 +100,6 @@ def test_the_command_line_says_the_same(scene, place, folder, capsys):
     ("words", "sentence"),
     [
         (["--style", "a.style:1.4"], "--style must have shares of 0 to 1, got 1.4; for 1.4 % write 0.014"),
-        (["--style", ""], "--style must be FILE:SHARE"),
         (["--adjust", "saturation"], "--adjust must be brightness, contrast, saturation, temperature"),
         (["--swap", "#123:#456"], "--swap must be two colors such as"),
     ],

@@ -180,9 +180,8 @@ def staged():
 
 def test_the_shadow_of_a_stage_is_as_light_as_the_pen_of_its_drawing(staged):
     coats, _, camera = staged
-    ink, hatching, stippling = (
-        float(Painting.alone([coats[look]]).frame(camera).alpha.sum()) for look in LOOKS
-    )
+    alphas = (Painting.alone([coats[look]]).frame(camera).alpha for look in LOOKS)
+    ink, hatching, stippling = (float(alpha.sum()) for alpha in alphas)
     assert 0.4 * ink < hatching < 0.7 * ink
     assert 0.15 * hatching < stippling < 0.5 * hatching, "dots leave more paper than lines"
 

@@ -106,9 +106,8 @@ def test_a_build_without_letters_gives_a_sheet_without_words_and_says_so(view, t
 def test_letters_that_cannot_be_drawn_are_none():
     paper = np.ones((20, 60, 3), np.float32)
     assert letters.with_words(paper, [letters.Words("a", 3, 15, 12, (0, 0, 0), "no such font")]) is None
-    drawn = letters.with_words(
-        paper, [letters.Words("a", 3, 15, 12, (0, 0, 0)), letters.Words("", 1, 1, 9, (0, 0, 0))]
-    )
+    words = [letters.Words("a", 3, 15, 12, (0, 0, 0)), letters.Words("", 1, 1, 9, (0, 0, 0))]
+    drawn = letters.with_words(paper, words)
     assert drawn.min() < 0.3
     assert paper.min() == 1
 

@@ -1,4 +1,4 @@
-"""Watercolour: its values and paper, films, and what happens without strokes."""
+"""Watercolour: what it is without its effect, and films."""
 
 from dataclasses import replace
 

@@ -227,7 +227,6 @@ def test_a_report_goes_without_its_plot_and_strokes_are_there_if_it_fails(file, 
     ("words", "sentence"),
     [
         (["--where", "sphere:1000,0,0,1"], "none of 100 strokes lies in sphere:1000,0,0,1"),
-        (["--style", "none.jpg"], "none.jpg: there is no such picture"),
         (["--rates", "colour=0.5"], "rates must be of place, size, direction, opacity, color, got"),
         (["--rates", "size=0"], "rates must be factors above 0 and at most 10, got 0 of size"),
         (["--region-rates", "subject"], "must be what=factor, such as color=0.5"),
@@ -236,7 +235,6 @@ def test_a_report_goes_without_its_plot_and_strokes_are_there_if_it_fails(file, 
         (["--weights", "w.pth"], "weights needs style"),
         (["--to", "style"], "--to style needs --style"),
         (["--report", "a.txt"], "output must be a folder or end in .json, .png, got 'a.txt'"),
-        (["--report", "a.png", "--no-plot"], "--no-plot cannot be combined with an output that is a plot"),
     ],
 )
 def test_a_bad_flag_gets_one_sentence(file, folder, capsys, words, sentence):

@@ -86,9 +86,8 @@ def test_clip_and_its_quality_are_those_of_the_library(folder):
 
     own, (first, second) = ClipPictures(folder), pictures(SIDE, SIDE)
     model = CLIPModel.from_pretrained(folder / "clip").eval()
-    tokens = CLIPTokenizerFast.from_pretrained(folder / "clip")(
-        ["Good photo.", "Bad photo."], padding=True, return_tensors="pt"
-    )
+    tokenizer = CLIPTokenizerFast.from_pretrained(folder / "clip")
+    tokens = tokenizer(["Good photo.", "Bad photo."], padding=True, return_tensors="pt")
     with torch.inference_mode():
         out = model(**tokens, pixel_values=(torch.cat(tensors(first, second)) - 0.5) / 0.25)
     a, b = out.image_embeds

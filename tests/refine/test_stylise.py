@@ -52,10 +52,8 @@ def vgg_file(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def views(scene):
-    return [
-        [TargetView.of(scene, view) for view in views_around(scene, num, **SIZE, shift=shift)]
-        for num, shift in ((4, 0.0), (2, 0.5))
-    ]
+    around = (views_around(scene, num, **SIZE, shift=shift) for num, shift in ((4, 0.0), (2, 0.5)))
+    return [[TargetView.of(scene, view) for view in views] for views in around]
 
 
 @pytest.fixture(scope="module")

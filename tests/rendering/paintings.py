@@ -10,17 +10,9 @@ from brushgs.rendering import reference
 from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.rasterize import RasterOptions
 from brushgs.rendering.underpaint import Underpaint
-from tests.rendering.strokes import (
-    PATHS,
-    bristles,
-    rainbow,
-    random_boxes,
-    ridges,
-    set_back,
-    softened,
-    texture_of,
-)
+from tests.rendering.strokes import PATHS, bristles, rainbow, random_boxes, ridges, softened, texture_of
 
+SOLID = bg.StrokeTexture.from_coverage(np.ones((2, 2)))
 PLANES = ("rgb", "alpha", "depth", "height")
 UNDERPAINT = Underpaint(1.8)
 # Options of `rasterize` by words; what each needs of boxes and brushes, `painting_of` gives them.
@@ -75,6 +67,13 @@ def relieved(boxes: bg.Boxes, *, seed: int = 0) -> bg.Boxes:
     return replace(boxes, reliefs=g.uniform(0, (1, 4), (len(boxes), 2)).astype(boxes.depths.dtype))
 
 
+def set_back(boxes: bg.Boxes, largest: float, *, seed: int = 0) -> bg.Boxes:
+    """The boxes with setbacks up to `largest`, world units; one in five is 0."""
+    g = np.random.default_rng([seed, len(boxes)])
+    setbacks = largest * g.uniform(0, 1, len(boxes)) * (g.random(len(boxes)) < 0.8)
+    return replace(boxes, setbacks=setbacks.astype(boxes.depths.dtype))
+
+
 class Painting(NamedTuple):
     """What `rasterize` is asked for."""
 
@@ -89,9 +88,7 @@ class Painting(NamedTuple):
         return reference.rasterize(self.boxes, self.brush, RasterOptions(**self.options | options))
 
 
-def painting_of(
-    words: str, num: int, width: int, height: int, *, seed: int = 6, sizes=(0.3, 15), dtype=np.float64
-) -> Painting:
+def painting_of(words: str, num, width, height, *, seed=6, sizes=(0.3, 15), dtype=np.float64) -> Painting:
     """A painting by words: one of `PATHS`, and of `LOOKS`, `BRUSHES`, "soft=0.2", "stop=0.1" and "cut"."""
     named = words.split()
     values = {name: float(value) for name, _, value in (w.partition("=") for w in named) if value}

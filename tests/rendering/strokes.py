@@ -14,7 +14,6 @@ PATHS: dict[str, tuple[str, Filter]] = {
 }
 PATHS |= {kind: (kind, "mip") for kind in ("gaussian", "ellipse")}
 IMAGES = [path for path, (kind, _) in PATHS.items() if kind == "image"]
-SOLID = bg.StrokeTexture.from_coverage(np.ones((2, 2)))
 
 
 def boxes_of(
@@ -46,13 +45,6 @@ def softened(boxes: bg.Boxes, largest: float, *, seed: int = 0) -> bg.Boxes:
     """The boxes with softness of 0.2 to 1 times `largest`, world units."""
     share = np.random.default_rng([seed, len(boxes)]).uniform(0.2, 1, len(boxes))
     return replace(boxes, softness=(largest * share).astype(boxes.depths.dtype))
-
-
-def set_back(boxes: bg.Boxes, largest: float, *, seed: int = 0) -> bg.Boxes:
-    """The boxes with setbacks up to `largest`, world units; one in five is 0."""
-    g = np.random.default_rng([seed, len(boxes)])
-    setbacks = largest * g.uniform(0, 1, len(boxes)) * (g.random(len(boxes)) < 0.8)
-    return replace(boxes, setbacks=setbacks.astype(boxes.depths.dtype))
 
 
 def ridges(height: int = 40, width: int = 96, *, seed: int = 0) -> bg.StrokeTexture:

@@ -23,8 +23,8 @@ from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
-from tests.rendering.paintings import BRUSHES, UNDERPAINT, painting_of
-from tests.rendering.strokes import SOLID, boxes_of, bristles, random_boxes, set_back
+from tests.rendering.paintings import BRUSHES, SOLID, UNDERPAINT, painting_of, set_back
+from tests.rendering.strokes import boxes_of, bristles, random_boxes
 
 TEXTURE = StrokeTexture.open("ellipse")
 BOXES = boxes_of([[5, 5], [9, 9]], 3)
@@ -108,7 +108,6 @@ TYPES = [
     (lambda: project(SCENE, (1, 2)), "project: camera must be a Camera, got tuple"),
     (lambda: project(SCENE, CAMERA, num_threads=2.0), "num_threads must be an integer, got float; omit it"),
     (lambda: project(SCENE, CAMERA, relief=0.5), "relief must be a bool or a Relief, got float"),
-    (lambda: render(SCENE, CAMERA, None), "texture must be a StrokeTexture, .* a picture as an array, got N"),
     (lambda: Lamp(exponent=2.5), "Lamp: exponent must be an int, got float"),
     (lambda: light(FRAME.rgb, np.zeros((4, 5), np.float32)), "height must be float64 like rgb, got float32"),
     (lambda: light(np.zeros((4, 5, 3), np.uint8), FRAME.alpha), "light: rgb must be float32 or float64, got"),

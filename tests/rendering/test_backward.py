@@ -16,17 +16,8 @@ from brushgs.rendering.underpaint import Underpaint
 from tests.differences import assert_same_gradient, central_differences
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
-from tests.rendering.paintings import Painting, assert_identical, painting_of
-from tests.rendering.strokes import (
-    IMAGES,
-    PATHS,
-    SOLID,
-    boxes_of,
-    bristles,
-    random_boxes,
-    softened,
-    texture_of,
-)
+from tests.rendering.paintings import SOLID, Painting, assert_identical, painting_of
+from tests.rendering.strokes import IMAGES, PATHS, boxes_of, bristles, random_boxes, softened, texture_of
 
 SIZE = {"width": 41, "height": 23}  # cut tiles and blocks
 SHAPE = (SIZE["height"], SIZE["width"])
@@ -200,9 +191,8 @@ def test_what_is_held_or_hidden_has_no_gradient():
 
 @for_each("kind", ["image", "gaussian", "ellipse"])
 def test_boxes_that_paint_nothing_get_zeros(kind):
-    boxes = boxes_of(
-        [[5, 5], [-900, 5], [5, 5], [20, 10]], [[0, 3], [3, 3], [3, 3], [5, 5]], opacities=[1, 1, 0, 0.5]
-    )
+    half_extents = [[0, 3], [3, 3], [3, 3], [5, 5]]
+    boxes = boxes_of([[5, 5], [-900, 5], [5, 5], [20, 10]], half_extents, opacities=[1, 1, 0, 0.5])
     actual = backward(boxes, texture_of(kind))
     for name in BOX_COLUMNS:
         np.testing.assert_array_equal(getattr(actual, name)[:3], 0, err_msg=name)

@@ -77,20 +77,6 @@ def test_a_surface_makes_the_picture_opaque_unless_strokes_are_to_stand_alone():
     np.testing.assert_array_equal(transparent.rgb, alone.rgb)
 
 
-def test_glazes_multiply_the_ground_and_what_is_painted():
-    glaze, color = strokes_at(0, (0.5, 0.9, 0.4), opacity=0.6), (0.9, 0.8, 0.7)
-    painting = Painting((coat(glaze, blend="glaze"),), surface_of(color))
-    how, boxes = {"height": 72, "width": 96, "num_threads": 1}, painting.coats[0].boxes(CAMERA)[0]
-    tint = bg.rasterize(boxes, TEXTURE, blend="glaze", **how).rgb
-    np.testing.assert_allclose(painting.frame(CAMERA).rgb, tint * np.float32(color), atol=1e-6)
-    twice = Painting((coat(glaze, blend="glaze"),) * 2, surface_of(color)).frame(CAMERA)
-    np.testing.assert_allclose(twice.rgb, tint**2 * np.float32(color), atol=1e-6)
-    paint = strokes_at(0, (0.8, 0.2, 0.1), seed=2)
-    below = Painting((coat(paint),), surface_of(color)).frame(CAMERA)
-    glazed = Painting((coat(paint), coat(glaze, blend="glaze")), surface_of(color)).frame(CAMERA)
-    np.testing.assert_allclose(glazed.rgb, tint * below.rgb, atol=1e-6)
-
-
 def test_light_changes_the_picture_only_where_there_is_height():
     strokes = strokes_at(0, (0.8, 0.2, 0.1))
     surface = paper((0.9, 0.8, 0.7), height=72, width=96, strength=3)
@@ -108,10 +94,8 @@ def test_light_changes_the_picture_only_where_there_is_height():
 def test_coats_are_composed_as_numpy_does(dtype, num_threads):
     g = np.random.default_rng(0)
     shape = (150, 240)  # several pieces of work
-    front, back = (
-        {name: g.random((*shape, 3) if name == "rgb" else shape).astype(dtype) for name in PLANES}
-        for _ in range(2)
-    )
+    shapes = {name: (*shape, 3) if name == "rgb" else shape for name in PLANES}
+    front, back = ({name: g.random(size).astype(dtype) for name, size in shapes.items()} for _ in range(2))
     front["alpha"][:20] = back["alpha"][:10] = 0
     passed = 1 - front["alpha"]
     behind = back["alpha"] * passed
@@ -129,9 +113,8 @@ def test_coats_are_composed_as_numpy_does(dtype, num_threads):
     _core.lay_on_ground(rgb=front["rgb"], ground=ground, tint=tint, picture=picture, **of_front)
     np.testing.assert_array_equal(picture, passed[..., None] * ground * tint + front["rgb"])
     _core.raise_ground(ground=behind, paint=front["height"], hidden=0.3, height=height, **of_front)
-    np.testing.assert_array_equal(
-        height, (1 - dtype(0.3) * front["alpha"]) * behind + front["height"], strict=True
-    )
+    raised = (1 - dtype(0.3) * front["alpha"]) * behind + front["height"]
+    np.testing.assert_array_equal(height, raised, strict=True)
     below = {f"below_{name}": plane for name, plane in back.items()}
     _core.lay_over(**front, **below, hidden=0.3, num_threads=num_threads)
     for name in PLANES:

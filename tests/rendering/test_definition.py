@@ -12,17 +12,16 @@ from brushgs.rendering.constants import MIN_ALPHA, MIN_TRANSMITTANCE
 from brushgs.rendering.rasterize import RasterOptions, rasterize
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
-from tests.rendering.paintings import BRUSHES, LOOKS, Painting, assert_identical, assert_same, painting_of
-from tests.rendering.strokes import (
-    IMAGES,
-    PATHS,
+from tests.rendering.paintings import (
+    BRUSHES,
+    LOOKS,
     SOLID,
-    boxes_of,
-    bristles,
-    random_boxes,
-    softened,
-    texture_of,
+    Painting,
+    assert_identical,
+    assert_same,
+    painting_of,
 )
+from tests.rendering.strokes import IMAGES, PATHS, boxes_of, bristles, random_boxes, softened, texture_of
 
 # (width, height); a tile is 32 x 16 pixels, a block 4 x 4.
 SIZES = [(1, 1), (33, 17), (1, 200), (200, 1), (64, 32), (41, 23)]
@@ -113,13 +112,6 @@ def test_stroke_images_of_any_shape_agree(shape, filter):
     assert_same(painting.frame(), painting.defined())
 
 
-def test_depth_is_the_alpha_weighted_mean_of_camera_z():
-    boxes = boxes_of([[4.5, 4.5]] * 2, 40, depths=[2.0, 5.0], opacities=[0.5, 0.8])
-    frame = rasterize(boxes, SOLID, width=9, height=9, filter="bilinear")
-    np.testing.assert_allclose(frame.depth, (0.5 * 2 + 0.4 * 5) / 0.9, rtol=1e-14)
-    np.testing.assert_allclose(frame.alpha, 0.9, rtol=1e-14)
-
-
 @pytest.mark.parametrize("is_soft", [False, True])
 def test_where_no_stroke_leaves_enough_light_nothing_is_painted(is_soft):
     boxes = boxes_of(np.full((3, 2), 8.0), 30, opacities=0.9, depths=[1.0, 1.1, 1.2])
@@ -163,9 +155,8 @@ def test_float32_takes_either_side_of_a_threshold_only_where_one_is_met(coverage
         boxes = boxes_of(centers, 0.45, colors=1, opacities=alphas.ravel())
         size = {"width": 40, "height": 20, "filter": "bilinear"}
         actual = rasterize(boxes.astype(np.float32), texture, **size)
-        off.append(
-            np.abs(actual.rgb - reference.rasterize(boxes, texture, RasterOptions(**size)).rgb).max(axis=2)
-        )
+        expected = reference.rasterize(boxes, texture, RasterOptions(**size))
+        off.append(np.abs(actual.rgb - expected.rgb).max(axis=2))
     assert (off[0] > 1e-3).sum() > 20
     assert off[0].max() < largest * 1.001
     assert off[1].max() < 1e-6

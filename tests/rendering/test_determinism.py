@@ -82,13 +82,13 @@ from brushgs.rendering.rasterize import RasterOptions
 from brushgs.rendering.track import track_directions
 from brushgs.rendering.track_moving import track_moving
 from tests.rendering import test_track, test_track_moving
-from tests.rendering.paintings import relieved
-from tests.rendering.strokes import PATHS, set_back
+from tests.rendering.paintings import LOOKS, relieved, set_back
+from tests.rendering.strokes import PATHS
 from tests.rendering.test_backward import weights
 from tests.rendering.test_determinism import ALL_PATHS, drawn, frame_of
 from tests.rendering.test_project import FRONT, random_scene
 from tests.rendering.test_project_backward import backward, directions, scene_of
-from tests.rendering.test_soft import LOOKS, crowd, painted
+from tests.rendering.test_soft import crowd, painted
 
 def tell(name, *arrays):
     print(name, hashlib.sha256(b"".join(a.tobytes() for a in arrays if a is not None)).hexdigest(), sep=": ")

@@ -11,8 +11,8 @@ from brushgs.rendering.options import RenderOptions, rasterize_with
 from brushgs.rendering.rasterize import RasterOptions
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
-from tests.rendering.paintings import BRUSHES, LOOKS, UNDERPAINT, depth_test_of, with_brushes
-from tests.rendering.strokes import PATHS, bristles, random_boxes, set_back, softened, texture_of
+from tests.rendering.paintings import BRUSHES, LOOKS, UNDERPAINT, depth_test_of, set_back, with_brushes
+from tests.rendering.strokes import PATHS, bristles, random_boxes, softened, texture_of
 
 LOOKS = {name: LOOKS[name] for name in ("plain", "underpainted", "streaked")}
 LOOKS["all"] = {"underpaint": UNDERPAINT, "streaks": 0.3, "min_transmittance": 0.05}
@@ -80,10 +80,8 @@ def test_neither_threads_nor_bands_change_a_bit(softness):
     boxes = boxes if softness is None else softened(boxes, softness)
     whole = found_in(boxes, bristles(), 90, 55, num_threads=1, **LOOKS["all"])
     threaded = found_in(boxes, bristles(), 90, 55, num_threads=5, **LOOKS["all"])
-    bands = [
-        found_in(boxes, bristles(), 90, 55, rows=(first, min(first + TILE_HEIGHT, 55)), **LOOKS["all"])
-        for first in range(0, 55, TILE_HEIGHT)
-    ]
+    rows = [(first, min(first + TILE_HEIGHT, 55)) for first in range(0, 55, TILE_HEIGHT)]
+    bands = [found_in(boxes, bristles(), 90, 55, rows=band, **LOOKS["all"]) for band in rows]
     for name in COLUMNS:
         np.testing.assert_array_equal(getattr(threaded, name), getattr(whole, name), err_msg=name)
     for name in COLUMNS[1:]:

@@ -24,11 +24,8 @@ COLUMNS = ("centers", "half_extents", "angles", "depths", "colors", "opacities",
 def coat_of(strokes):
     """Strokes in two parts, left and right."""
     g = np.random.default_rng(0)
-    strokes = replace(
-        strokes,
-        brushes=g.integers(0, len(BRUSHES), len(strokes)).astype(np.uint8),
-        regions=(strokes.means[:, 0] > 0).astype(np.uint8),
-    )
+    brushes = g.integers(0, len(BRUSHES), len(strokes)).astype(np.uint8)
+    strokes = replace(strokes, brushes=brushes, regions=(strokes.means[:, 0] > 0).astype(np.uint8))
     return Coat("strokes", strokes, BRUSHES, RenderOptions.of(BRUSHES, order="soft", lock="track"))
 
 
@@ -175,9 +172,8 @@ def asked_for(pace):
 @for_each("pace", [Pace(2), Pace(3, 0.5), Pace(1, 0.3, 1.0), Pace(2, 1.0, 4.0)])
 def test_strokes_turn_by_what_was_asked_for_and_no_more(coat, seen, pace):
     film = hand(coat, pace, pace)
-    steps = [
-        turned(film.boxes(k, seen), seen(film.starts(k)[0]).boxes) for k in range(6) if k % pace.hold == 0
-    ]
+    frames = range(0, 6, pace.hold)
+    steps = [turned(film.boxes(k, seen), seen(film.starts(k)[0]).boxes) for k in frames]
     most = max(step.max() for step in steps)
     assert most <= asked_for(pace)
     assert most > asked_for(replace(pace, boil=0.8 * pace.boil, redraw=0.0)) or not (pace.boil or pace.redraw)

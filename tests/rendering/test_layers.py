@@ -67,9 +67,8 @@ def flattened(deep):
 def test_mattes_of_each_medium_sum_to_what_is_painted(look):
     painting, camera = look_of(look)
     frame = painting.frame(camera, wanted=ALL)
-    strokes = replace(
-        painting, surface=None, lamp=None, coats=tuple(c for c in painting.coats if c.blend == "cover")
-    )
+    covering = tuple(coat for coat in painting.coats if coat.blend == "cover")
+    strokes = replace(painting, surface=None, lamp=None, coats=covering)
     for name in ("stroke", "brush", "layer"):
         matte = frame.layers[name]
         total = matte.coverage.sum(axis=2)
@@ -127,12 +126,8 @@ def moved_cameras():
     roll[:2, :2] = [[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]]
     zoomed = CAMERA.K * [[1.1], [1.1], [1]]
     zoomed[:2, 2] = CAMERA.K[:2, 2]
-    return {
-        "orbit": orbit,
-        "roll": replace(CAMERA, viewmat=roll @ CAMERA.viewmat),
-        "zoom": replace(CAMERA, K=zoomed),
-        "still": CAMERA,
-    }
+    rolled, closer = replace(CAMERA, viewmat=roll @ CAMERA.viewmat), replace(CAMERA, K=zoomed)
+    return {"orbit": orbit, "roll": rolled, "zoom": closer, "still": CAMERA}
 
 
 def uv_in(boxes, rows, points):

@@ -41,17 +41,6 @@ def test_kernel_agrees_with_the_definition(size, blur, lamp):
         np.testing.assert_allclose(single, expected, atol=2e-5)
 
 
-def test_highlights_are_those_of_the_mirrored_lamp():
-    """A plane that mirrors the lamp into the eye shines most, by gloss times what a flat one lacks."""
-    lamp = Lamp(strength=0, gloss=0.5, exponent=20)
-    half_way = lamp.half_way
-    y, x = np.mgrid[:30, :40].astype(np.float64)
-    plane = -(half_way[0] * x + half_way[1] * y) / half_way[2]
-    lit = light(np.zeros((30, 40, 3)), plane, lamp, blur=0)
-    np.testing.assert_allclose(lit[1:-1, 1:-1], 0.5 * (1 - half_way[2] ** 20), rtol=1e-9)
-    assert not light(np.zeros((30, 40, 3)), -plane, lamp, blur=0).any()
-
-
 # What stays as it is
 
 

@@ -11,27 +11,13 @@ from brushgs.rendering.constants import GAUSSIAN_SIGMAS
 from brushgs.rendering.depth_test import SIZES, DepthTest
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.project import project_by
-from brushgs.rendering.streaks import PERIOD, noise, streak_slopes, streak_weights
+from brushgs.rendering.streaks import streak_slopes, streak_weights
 from brushgs.rendering.underpaint import OPACITY, SIZE, STROKE_REACH, Underpaint
 from tests.kit.for_each import for_each
-from tests.rendering.paintings import BRUSHES, assert_identical, assert_same, painting_of, with_brushes
-from tests.rendering.strokes import CAMERA, SOLID, boxes_of, bristles, scene_of, softened, texture_of
+from tests.rendering.paintings import BRUSHES, SOLID, assert_identical, assert_same, painting_of, with_brushes
+from tests.rendering.strokes import CAMERA, boxes_of, bristles, scene_of, softened, texture_of
 
 # Underpaint
-
-
-def test_underpaint_lies_behind_its_stroke_and_behind_strokes_before_it():
-    """Red lies in front of green; its underpaint, by its setback, in front of green or behind."""
-    colors = [[1.0, 0, 0], [0, 1, 0]]
-    boxes = boxes_of([[10.5, 5.5], [15.5, 5.5]], 5, depths=[1.0, 2.0], colors=colors)
-    seen = {}
-    for setback in (0.5, 1.0, 1.5):
-        some = replace(boxes, setbacks=np.array([setback, 100.0]))
-        frame = bg.rasterize(some, SOLID, width=30, height=11, filter="bilinear", underpaint=Underpaint(4.0))
-        seen[setback] = frame.rgb[5, 17]  # in the green stroke alone
-    assert seen[0.5][0] > 0.5  # in front
-    np.testing.assert_array_equal(seen[1.0], seen[1.5])  # ties: strokes first
-    assert seen[1.0][0] < 0.01
 
 
 def test_options_draw_strokes_over_underpaint_smaller_and_underpaint_by_the_gaussian():
@@ -84,17 +70,6 @@ def test_render_is_the_steps_and_a_sequence_takes_all_options_to_every_frame():
 # Streaks
 
 
-def test_noise_has_mean_zero_and_repeats_with_its_sign_changed():
-    values = noise().astype(np.float64) / 127.5 - 1
-    assert values.shape == (PERIOD, 2)
-    np.testing.assert_allclose(values.mean(axis=0), 0, atol=1e-15)
-    assert np.abs(values).max() <= 1
-    assert (values.std(axis=0) > 0.4).all()
-    # Tufts are smoother than bristles.
-    steps = np.abs(np.diff(values, axis=0)).mean(axis=0)
-    assert steps[1] < 0.5 * steps[0]
-
-
 def test_streaks_fade_before_bristles_get_as_narrow_as_a_pixel():
     half_v = np.array([0, 1e-30, 1, 1.5, 3, 6, 12, 100, 3e38])
     boxes = boxes_of(np.zeros((9, 2)), np.stack([np.full(9, 5.0), half_v], 1))
@@ -111,16 +86,6 @@ def test_streaks_fade_before_bristles_get_as_narrow_as_a_pixel():
 
 
 # Glazes
-
-
-def test_a_glaze_lets_its_color_to_the_power_of_alpha_through():
-    colors = [(0.5, 0.25, 1.0), (0.9, 0.5, 0.125)]
-    boxes = boxes_of([(4, 4), (4, 4)], 100.0, colors=colors, opacities=[0.5, 0.25])
-    frame = bg.rasterize(boxes, SOLID, width=8, height=8, blend="glaze")
-    tint = np.power(colors[0], 0.5) * np.power(colors[1], 0.25)
-    np.testing.assert_allclose(frame.rgb, np.broadcast_to(tint, (8, 8, 3)), rtol=1e-12)
-    np.testing.assert_allclose(frame.alpha, 1 - 0.5 * 0.75, rtol=1e-12)
-    assert frame.depth is None
 
 
 @for_each("dtype", [np.float32, np.float64])
@@ -169,14 +134,6 @@ def test_a_stroke_keeps_its_brush_along_a_path_and_is_painted_with_it():
 
 
 # The depth test
-
-
-def test_a_box_fades_over_the_outer_half_of_its_tolerance():
-    limits = np.array([[2.0, 2.99, 3.0, 3.25, 3.5, 4.0, np.inf]])  # gone at 3, whole from 3.5 on
-    box = boxes_of([(3.5, 0.5)], 100.0, depths=[4.0], opacities=0.5)
-    frame = bg.rasterize(box, SOLID, width=7, height=1, in_front_of=DepthTest(limits, np.ones(1)))
-    shares = np.array([0, 0, 0, 0.5, 1, 1, 1])
-    np.testing.assert_allclose(frame.alpha[0], 0.5 * shares, rtol=1e-12)
 
 
 def test_a_box_that_is_not_seen_hides_nothing():

@@ -13,8 +13,8 @@ from brushgs.values.frame import Frame
 from brushgs.values.layers import DeepSamples, Matte
 from brushgs.values.part import Part
 from tests.kit.for_each import for_each
-from tests.rendering.paintings import PLANES, painting_of, relieved
-from tests.rendering.strokes import SOLID, boxes_of, ridges
+from tests.rendering.paintings import PLANES, SOLID, painting_of, relieved
+from tests.rendering.strokes import boxes_of, ridges
 
 WIDTH, HEIGHT = 173, 101
 PARTS = [Part(0, 0, 32, 16), Part(64, 32, 64, 48), Part(96, 80, 77, 21), Part(0, 48, WIDTH, 16)]

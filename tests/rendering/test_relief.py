@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.brushes.levels import level_coverage, level_height
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.motion import COLOR
@@ -27,20 +26,6 @@ DARKEST, LIGHTEST = 0.4, 0.8
 
 
 # Levels
-
-
-def test_levels_of_a_height_are_those_of_the_paint():
-    """Gaps between bristles lower the coverage, not the height of the bristles."""
-    rows = np.arange(64) % 4 < 2
-    coverage = np.repeat(rows[:, None], 96, 1).astype(np.uint8) * 255
-    height = np.where(coverage > 0, 230, 127).astype(np.uint8)
-    for level_u, level_v in ((0, 8), (5, 8)):
-        paint = level_coverage(coverage, level_u, level_v)
-        inside = paint > 100
-        assert inside.any()
-        assert paint[inside].max() < 160
-        assert np.abs(level_height(height, coverage, level_u, level_v)[inside].astype(int) - 230).max() <= 2
-    assert level_height(height, coverage, 0, 0) is height
 
 
 # Projecting

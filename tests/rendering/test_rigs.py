@@ -53,9 +53,8 @@ def turned(camera, angle):
 @for_each("quarters", [1, 2])
 def test_the_seam_is_as_any_other_column(quarters, lamp):
     painting = painting_of(lamp=lamp)
-    there, here = (
-        painting.frame(camera).over("white") for camera in (CAMERA, turned(CAMERA, quarters * pi / 2))
-    )
+    cameras = CAMERA, turned(CAMERA, quarters * pi / 2)
+    there, here = (painting.frame(camera).over("white") for camera in cameras)
     moved = np.roll(there, -quarters * WIDTH // 4, axis=1)
     assert np.ptp(there) > 0.5
     assert np.abs(moved - here).max() <= 2 / 255
@@ -168,9 +167,8 @@ def test_strokes_point_alike_in_both_eyes(lock):
         coat = replace(coat, fields=fit_canonical(strokes))
     camera = bg.Camera.look_at((0, -1, -4), (0, 0, 0), width=96, height=64)
     eyes = SIDE.eyes(camera)
-    alone, locked = (
-        most_turn(coat, eyes, directions) for directions in (None, directions_between([coat], camera)[0])
-    )
+    locks = None, directions_between([coat], camera)[0]
+    alone, locked = (most_turn(coat, eyes, directions) for directions in locks)
     assert alone > radians(45)  # the scene has strokes that would turn
     assert locked < radians(1)
 

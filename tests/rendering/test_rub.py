@@ -28,15 +28,6 @@ def shares_of(frame):
     return (frame.rgb / frame.alpha[..., None] - np.asarray(PAPER)) @ way / (way @ way)
 
 
-def test_tones_gather_in_the_four_values():
-    ramp = np.broadcast_to(np.linspace(0, 0.75, 320), (240, 320))
-    found = shares_of(replace(RUB, strength=0.0)(frame_of(ramp), CAMERA, None))
-    counts = np.histogram(found, bins=np.linspace(-0.02, 0.8, 42))[0]
-    nearest = np.abs(found[..., None] - np.asarray(VALUES)).min(axis=-1)
-    assert np.median(nearest) < 0.6 * np.median(np.abs(ramp[..., None] - np.asarray(VALUES)).min(axis=-1))
-    assert counts.max() > 3 * np.median(counts[counts > 0])
-
-
 def test_edges_are_rubbed_more_here_than_there_and_not_at_strength_0():
     step = np.where(np.arange(320) < 160, 0.0, 0.75) * np.ones((240, 1))
     rubbed = shares_of(RUB(frame_of(step), CAMERA, None))
@@ -80,9 +71,8 @@ def test_small_holes_of_a_room_take_the_tone_around_them_and_lie_far_away(dtype)
     depth = np.where(alpha > 0, frame.depth, 0).astype(dtype)
     depth[:, 150:200] = 7
     frame = bg.Frame(frame.rgb.astype(dtype), alpha, depth)
-    object_, room = (
-        replace(RUB, strength=0.0, is_room=is_room)(frame, CAMERA, None) for is_room in (False, True)
-    )
+    rubs = (replace(RUB, strength=0.0, is_room=is_room) for is_room in (False, True))
+    object_, room = (rub(frame, CAMERA, None) for rub in rubs)
     assert object_.alpha[104, 54] < 0.05
     assert room.alpha[104, 54] > 0.95
     toned = shares_of(bg.Frame(room.rgb[:, :150], room.alpha[:, :150], None))

@@ -8,13 +8,12 @@ from hypothesis import strategies as st
 
 from brushgs.rendering import reference
 from brushgs.rendering.rasterize import RasterOptions, rasterize
-from brushgs.rendering.underpaint import Underpaint
 from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
 from tests.pairs import pairs_of
-from tests.rendering.paintings import assert_identical, assert_same, filled
-from tests.rendering.strokes import IMAGES, PATHS, SOLID, boxes_of, bristles, random_boxes, ridges, softened
+from tests.rendering.paintings import SOLID, assert_identical, assert_same, filled
+from tests.rendering.strokes import IMAGES, PATHS, boxes_of, bristles, random_boxes, ridges, softened
 
 PIXEL = {"width": 1, "height": 1, "filter": "bilinear"}
 SEEDS = st.integers(0, 2**32 - 1)
@@ -153,6 +152,8 @@ def test_stacks_of_strokes_in_one_band_are_as_defined_and_finite(stack, opacity)
     np.testing.assert_allclose(single.depth, actual.depth, rtol=1e-3)
 
 
+# Crowds: where more than 160 fragments of a block wait in soft order, their weights are interpolated.
+
 ERROR = 0.5 / 255  # of a crowd, as `rasterize` states it
 MOST_WAITING = 160
 SIZE = {"width": 9, "height": 6}
@@ -161,26 +162,16 @@ NUMBERS = [(200, np.float64), (300, np.float64), (260, np.float32)]  # of stroke
 # Ranges of opacities, and of softness in world units.
 OPACITIES = {"faint": (0.004, 0.01), "light": (0.02, 0.05), "half": (0.1, 0.6), "full": (0.9, 1.0)}
 SOFTNESS = {"one": (1.0, 1.0), "twice": (0.5, 1.0), "wide": (0.02, 1.0), "giants": (0.05, 50.0)}
-LOOKS = {
-    "plain": {},
-    "layered": {"underpaint": Underpaint(1.5), "streaks": 0.4},
-    "raised": {"relief": True},
-    "all": {"underpaint": Underpaint(1.5), "streaks": 0.4, "relief": True},
-}
 
 
 def crowd(n, *, opacities=(0.004, 0.01), softness=(1.0, 1.0), spread=0.7, seed=0, dtype=np.float64) -> Boxes:
     """Strokes of all directions that cover the whole picture."""
     g = np.random.default_rng([seed, n])
-    boxes = boxes_of(
-        np.array((4.5, 3.0)) + g.uniform(-1, 1, (n, 2)),
-        np.exp(g.uniform(np.log(9), np.log(40), (n, 2))),
-        angles=g.uniform(-np.pi, np.pi, n),
-        depths=np.sort(g.uniform(5, 5 + spread, n)),
-        colors=g.uniform(0, 1, (n, 3)),
-        opacities=g.uniform(*opacities, n),
-        dtype=dtype,
-    )
+    centers = np.array((4.5, 3.0)) + g.uniform(-1, 1, (n, 2))
+    half_extents = np.exp(g.uniform(np.log(9), np.log(40), (n, 2)))
+    columns = {"angles": g.uniform(-np.pi, np.pi, n), "depths": np.sort(g.uniform(5, 5 + spread, n))}
+    columns |= {"colors": g.uniform(0, 1, (n, 3)), "opacities": g.uniform(*opacities, n)}
+    boxes = boxes_of(centers, half_extents, **columns, dtype=dtype)
     return replace(boxes, softness=np.exp(g.uniform(*np.log(softness), n)).astype(dtype))
 
 

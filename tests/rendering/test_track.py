@@ -25,13 +25,9 @@ def strokes(n: int, *, seed: int = 0, dtype=np.float32) -> bg.Gaussians:
     g = np.random.default_rng(seed)
     shapes = np.array([(1, 0.05, 0.04), (1, 0.9, 0.02), (1, 0.95, 0.9), (1, 0.5, 0.1)])
     scales = shapes[np.arange(n) % 4] * np.exp(g.uniform(np.log(0.02), np.log(0.2), (n, 1)))
-    return bg.Gaussians(
-        g.normal(size=(n, 3)) * 0.4,
-        g.normal(size=(n, 4)),
-        scales * g.uniform(0.7, 1, (n, 3)),
-        g.uniform(0.3, 1, n),
-        g.normal(size=(n, 1, 3)),
-    ).astype(dtype)
+    means, quats = 0.4 * g.normal(size=(n, 3)), g.normal(size=(n, 4))
+    scales, opacities = scales * g.uniform(0.7, 1, (n, 3)), g.uniform(0.3, 1, n)
+    return bg.Gaussians(means, quats, scales, opacities, g.normal(size=(n, 1, 3))).astype(dtype)
 
 
 def one(scale, *, mean=(0, 0, 0), quat=(1, 0, 0, 0)) -> bg.Gaussians:
@@ -55,9 +51,8 @@ def closed(cameras: list[bg.Camera]) -> list[bg.Camera]:
 def judged(scene: bg.Gaussians, cameras: list[bg.Camera], lock: str):
     """Events, the share of slender strokes off both axes, and by how much a box misses its ellipse."""
     ellipses = [project(scene, camera) for camera in cameras]
-    boxes = (
-        list(bg.track(scene, cameras)) if lock == "track" else [project(scene, c, lock=lock) for c in cameras]
-    )
+    alone = (project(scene, camera, lock=lock) for camera in cameras if lock != "track")
+    boxes = list(bg.track(scene, cameras) if lock == "track" else alone)
     events = orientation_events(boxes, ellipses=ellipses, **SIZE)
     return events, off_axis_share(boxes, ellipses), worst_shortfall(boxes, ellipses)
 
@@ -238,10 +233,8 @@ def test_a_line_that_winds_by_half_a_turn_is_closed_where_it_costs_least():
 def test_the_frame_rate_does_not_change_the_story():
     """Frames at the same places of a path point the same way, whatever lies between them: up to 3 degrees."""
     scene = strokes(400)
-    rates = {
-        every: directions_of(track_directions(scene, turntable(480 // every + 1, step=every * STEP / 4)))
-        for every in (1, 2, 4, 8)
-    }
+    paths = {every: turntable(480 // every + 1, step=every * STEP / 4) for every in (1, 2, 4, 8)}
+    rates = {every: directions_of(track_directions(scene, path)) for every, path in paths.items()}
     slow = rates[8]
     for every, angles in rates.items():
         off = difference(angles[:: 8 // every], slow)

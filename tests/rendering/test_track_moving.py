@@ -294,6 +294,9 @@ def test_what_makes_no_sense_is_refused_by_name(changed, words):
         path.directions(3)
 
 
+# Trained scenes: an orbit, a path straight over the poles, and a man who cooks
+
+
 SCENES = [("derived/chair.ply", "+z", True), ("derived/truck.ply", "-y", False)]
 
 
@@ -335,11 +338,9 @@ def test_strokes_follow_what_moves_without_a_flip_or_a_pop():
     cameras = [bg.Camera.look_at(eye, target, tuple(-np.array(DOWN)), **size) for eye in eyes]
     path = track_moving(strokes, cameras, motion, np.arange(float(frames)), fps=30)
     moved = [motion.pose(frame).moved(strokes) for frame in range(frames)]
-    boxes = [
-        bg.project(one, camera, lock=path.directions(frame), fade=True)
-        for frame, (one, camera) in enumerate(zip(moved, cameras, strict=True))
-    ]
-    ellipses = [bg.project(one, camera, fade=True) for one, camera in zip(moved, cameras, strict=True)]
+    seen = list(zip(moved, cameras, strict=True))
+    boxes = [bg.project(*one, lock=path.directions(frame), fade=True) for frame, one in enumerate(seen)]
+    ellipses = [bg.project(*one, fade=True) for one in seen]
     events = orientation_events(boxes, ellipses=ellipses, **size)
     assert events.stroke_frames > 100_000
     assert orientation_events(ellipses, **size).flips > 50
