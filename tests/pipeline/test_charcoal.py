@@ -1,14 +1,11 @@
 """Drawings in charcoal: four masses, lights, pressed lines, and a stage that sets off its subject."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import brushgs as bg
 from brushgs.options.look_parts import ColorConfig
 from brushgs.options.media import Charcoal
-from brushgs.passes.color.squint import Squint, squinted
 from brushgs.pipeline.media.materials import Materials
 from brushgs.pipeline.media.motif import Motif
 from brushgs.pipeline.media.squinting import value_errors
@@ -16,7 +13,7 @@ from brushgs.pipeline.prepare import prepare
 from brushgs.pipeline.report import Report
 from brushgs.rendering.options import RenderOptions
 from brushgs.still_life import still_life_camera
-from brushgs.values.sh import C0, base_colors, seen_from, sh_basis
+from brushgs.values.sh import C0
 from tests.kit import blind, still_life_of
 
 SIZE = 240, 180
@@ -36,28 +33,6 @@ def drawn():
 @pytest.fixture(scope="module")
 def picture(drawn):
     return drawn.painting.frame(CAMERA)
-
-
-def correlation(picture):
-    """Of squinted L* of a picture and of the plain picture, over the subject."""
-    plain = bg.plain_views(SCENE, [CAMERA]).frames[0]
-    subject = plain.alpha > 0.5
-    weight = np.maximum(squinted(subject.astype(float)), 1e-9)
-    shown = np.clip(plain.straight_colors(), 0, 1), picture.rgb
-    lights = (Squint.of(rgb, plain.alpha).lab[..., 0] for rgb in shown)
-    pairs = [squinted(subject * light)[subject] / weight[subject] for light in lights]
-    return np.corrcoef(*pairs)[0, 1]
-
-
-def test_masses_are_those_of_colors_as_the_view_shows_them():
-    """Of a scene that looks the same from here, but whose base colors are one grey."""
-    away = SCENE.means - CAMERA.position
-    basis = sh_basis(away / np.linalg.norm(away, axis=1, keepdims=True), 1)[:, 1:]
-    colors = base_colors(seen_from(SCENE, CAMERA.position).sh)
-    sh = np.zeros((len(SCENE), 4, 3), SCENE.sh.dtype)
-    sh[:, 1:] = (colors - 0.5)[:, None] * (basis / (basis**2).sum(axis=1, keepdims=True))[:, :, None]
-    shiny = prepare(replace(SCENE, sh=sh), config_of(), Report(), views=CAMERA)
-    assert correlation(shiny.painting.frame(CAMERA)) >= 0.6
 
 
 def test_lights_are_taken_out_and_chalk_lies_on_toned_paper_alone(drawn):

@@ -144,6 +144,14 @@ def level_strokes(painting):
     return gaussians_at(means, (0.2, 0.05, 0.01), colors, opacity=0.95, dtype=np.float32)
 
 
+def test_only_colors_move_where_nothing_else_may(styled, strokes):
+    after, curve = styled("color", steps=6)
+    for name in ("means", "quats", "scales", "opacities"):
+        assert np.array_equal(getattr(after, name), getattr(strokes, name))
+    assert not np.array_equal(after.sh, strokes.sh)
+    assert max(curve.scores) > curve.scores[0]
+
+
 def test_the_loss_falls_with_the_features_of_a_network_too(styled, vgg_file):
     curve = styled(steps=2, features=lambda pixels: Vgg(vgg_file))[1]
     losses = 10 ** (-np.array(curve.scores) / 10)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from brushgs.rendering.nested import GONE, LONG, SHORT, WHOLE, Nested
+from brushgs.rendering.nested import GONE, WHOLE, Nested
 from brushgs.rendering.project import project
 from brushgs.values.camera import Camera
 from tests.passes.scenes import gaussians_at
@@ -36,15 +36,6 @@ def test_a_mark_is_whole_where_its_gap_is_wide_enough_and_gone_where_it_is_not(i
         np.testing.assert_allclose(boxes.opacities, share, atol=1e-5)
 
 
-@pytest.mark.parametrize("distance", [2.0, 4.0])
-@pytest.mark.parametrize("size", [(960, 540), (1920, 1080)])
-def test_marks_are_equally_wide_from_near_and_far_and_grow_with_the_picture(distance, size):
-    view = camera(distance, *size)
-    nested = Nested(np.array([[0, 1.0, 0]]), np.array([5.0]), np.array([3.0]))
-    boxes = nested.of(project(line(), view), line(), view, np.zeros(1, np.intp))
-    np.testing.assert_allclose(boxes.half_extents[:, 1], 1.5 * size[0] / 960, rtol=1e-6)
-
-
 @pytest.mark.parametrize("ratio", [0.62, 0.7, 0.8])
 def test_a_line_gets_shorter_from_both_ends_and_no_crumbs_of_it_are_left(ratio):
     """Seven pieces in a row, turned to and fro; what is left is one line around the middle."""
@@ -67,16 +58,6 @@ def test_a_line_gets_shorter_from_both_ends_and_no_crumbs_of_it_are_left(ratio):
     assert (right - left).sum() == pytest.approx(share * total, rel=1e-6)
     assert 0.5 * (left.min() + right.max()) == pytest.approx(480, abs=1e-6)
     assert (shown.opacities == 1).all()
-
-
-@pytest.mark.parametrize(("pixels", "is_seen"), [(SHORT - 1, False), (LONG + 1, True)])
-def test_lines_that_are_short_on_paper_are_left_out(pixels, is_seen):
-    view = camera()
-    strokes = line()
-    nested = Nested(np.array([[0, 1.0, 0]]), np.array([5.0]), np.array([3.0]))
-    boxes = project(strokes, view)
-    boxes = replace(boxes, half_extents=np.array([[0.5 * pixels, 1.0]]))
-    assert nested.of(boxes, strokes, view, np.zeros(1, np.intp)).opacities[0] == pytest.approx(float(is_seen))
 
 
 def test_shares_are_finite_for_marks_beside_and_behind_the_camera():

@@ -279,6 +279,7 @@ def test_stiff_strokes_that_move_are_followed_without_a_fault(dtype):
 @for_each(
     ("changed", "words"),
     [
+        ({"cameras": []}, "track: cameras must hold at least one, got none"),
         ({"positions": np.zeros(3)}, r"positions must be one for each of 2 cameras, got shape \(3,\)"),
         ({"positions": np.array([0.0, 60.0])}, "positions must lie in 0 to 59, got 60"),
         ({"positions": np.array([np.nan, 0.0])}, "positions must lie in 0 to 59, got nan"),
