@@ -142,6 +142,7 @@ def test_a_picture_beyond_the_memory_is_refused(monkeypatch):
     [
         (["--crop", "100,0,41,10"], "crop must lie in the picture of 140x102 pixels, got 100,0,41,10"),
         (["--crop", "0,0,4,4", "-o", "a.svg"], "crop must be omitted for a drawing in lines, got a.svg"),
+        (["--stroke-size", "8mm"], "stroke-size must be in px without a size on paper, got 8mm"),
     ],
 )
 def test_what_cannot_be_printed_is_refused(flags, sentence, scene, capsys, folder):

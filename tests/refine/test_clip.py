@@ -135,15 +135,17 @@ def test_a_run_that_was_stopped_resumes_to_the_same_files(dance, refined, folder
     ("words", "sentence"),
     [
         (["-o", "a/%05d.ply"], r"moments are called moment_%05d.ply; name their folder, a/, not"),
+        (["-o", "file/"], r"file is a file, not a folder"),
         (["-o", "{dance}/"], r"dance.*: is an input, and .*dance/ would replace it; choose another folder"),
         (["--start", "9"], r"start must be in the 0.208333 s of .*dance, got 9 s"),
     ],
 )
 def test_a_bad_flag_gets_one_sentence(dance, folder, capsys, words, sentence):
+    Path("file").write_text("mine")
     before = contents(dance)
     err = refused(capsys, "refine", dance, *SMALL, *(word.format(dance=dance) for word in words))
     assert re.search(sentence, err), err
-    assert names() == []
+    assert names() == ["file"]
     assert contents(dance) == before
 
 

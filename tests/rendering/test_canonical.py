@@ -9,7 +9,6 @@ import pytest
 import brushgs as bg
 from brushgs.core.native import core as _core
 from brushgs.rendering.canonical import directions_of, fit_canonical
-from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.visibility import visible_areas
 from tests.kit import for_each, still_life_of
@@ -58,17 +57,6 @@ def test_near_views_agree_where_strokes_are_faced(strokes, fields):
         rows = boxes.ids[is_faced[boxes.ids]]
         steps.append(turned(*found)[rows])
     assert np.degrees(np.quantile(np.concatenate(steps), 0.995)) < 15
-
-
-def test_a_still_with_the_lock_takes_it(strokes, fields):
-    camera = bg.orbit(strokes, 8, width=64, height=48)[1]
-    options = RenderOptions.of(FLAT, lock="canonical")
-    coat = Coat("strokes", strokes, FLAT, options, fields=fields)
-    boxes, _ = coat.boxes(camera)
-    expected = fields.directions(strokes, camera).angles[boxes.ids]
-    assert turned(boxes.angles, expected).max() < 1e-3
-    alone = Coat("strokes", strokes, FLAT, replace(options, lock="anchor")).boxes(camera)[0]
-    assert not np.array_equal(alone.angles, boxes.angles)
 
 
 @for_each("elevation", [-30, 0, 50])

@@ -45,27 +45,6 @@ def test_one_coat_without_a_surface_is_what_render_draws():
         np.testing.assert_array_equal(getattr(frame, name), getattr(expected, name))
 
 
-def test_a_later_coat_covers_an_earlier_one_wherever_it_lies():
-    near, far = strokes_at(-1, (1, 0, 0)), strokes_at(1, (0, 0, 1), seed=1)
-    _, front = draw_with(far, CAMERA, TEXTURE, OPTIONS)
-    _, back = draw_with(near, CAMERA, TEXTURE, OPTIONS)
-    frame = Painting((coat(near), coat(far))).frame(CAMERA)
-    passed = 1 - front.alpha
-    np.testing.assert_allclose(frame.rgb, front.rgb + passed[..., None] * back.rgb, atol=1e-6)
-    np.testing.assert_allclose(frame.alpha, 1 - passed * (1 - back.alpha), atol=1e-6)
-
-
-def test_a_depth_test_leaves_out_what_lies_behind_the_canvas_so_far():
-    near, far = strokes_at(-1, (1, 0, 0), opacity=1), strokes_at(3, (0, 0, 1), seed=1)
-    tested = Painting((coat(near), coat(far, tolerance=1.6))).frame(CAMERA)
-    alone = Painting((coat(near),)).frame(CAMERA)
-    is_solid = alone.alpha > 0.9
-    assert is_solid.sum() > 200
-    np.testing.assert_allclose(tested.rgb[is_solid], alone.rgb[is_solid], atol=1e-6)
-    in_front = Painting((coat(far), coat(near, tolerance=1.6))).frame(CAMERA)
-    np.testing.assert_allclose(in_front.alpha[is_solid], 1, atol=0.1)
-
-
 def test_a_surface_makes_the_picture_opaque_unless_strokes_are_to_stand_alone():
     strokes, surface = strokes_at(0, (0.8, 0.2, 0.1)), surface_of()
     _, alone = draw_with(strokes, CAMERA, TEXTURE, OPTIONS)

@@ -290,9 +290,3 @@ def test_a_box_is_outside_only_if_its_upright_rectangle_is(side, axis, gap, num_
     needle = single(mean=mean, quat=turned(0.5), scale=(10 / pixels, 3 / pixels, 0))
     assert len(bg.project(needle, FRONT, low_pass=0.0)) == num_boxes
     assert len(reference.project(needle, FRONT, low_pass=0.0)) == num_boxes
-
-
-def test_colors_are_cut_at_zero_but_not_at_one():
-    for value, color in ((-10.0, 0.0), (10.0, 0.5 + 10 * 0.28209479177387814)):
-        scene = replace(single(), sh=np.full((1, 1, 3), value))
-        np.testing.assert_allclose(bg.project(scene, FRONT).colors, color)
