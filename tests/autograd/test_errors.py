@@ -41,6 +41,7 @@ TYPES = [
     (lambda: strokes(sh=ON_META), r"Gaussians: sh must be on the CPU, got meta; call .cpu\(\) on it"),
     (lambda: ba.project(scene_of(4), CAMERA), "must be brushgs.autograd.Gaussians, got Gaussians; use G"),
     (lambda: ba.rasterize(BOXES, bristles(), **SIZE), "brushgs.autograd.Boxes, got Boxes; use Boxes.of"),
+    (lambda: ba.render(strokes(), CAMERA, 3), "texture must be a StrokeTexture, .* got int"),
 ]
 VALUES = [
     (lambda: painted(BOXES).over([1] * 4), r"over: background must have shape .*\[20, 20, 3\], got \[4\]"),

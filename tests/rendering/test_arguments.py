@@ -108,6 +108,7 @@ TYPES = [
     (lambda: project(SCENE, (1, 2)), "project: camera must be a Camera, got tuple"),
     (lambda: project(SCENE, CAMERA, num_threads=2.0), "num_threads must be an integer, got float; omit it"),
     (lambda: project(SCENE, CAMERA, relief=0.5), "relief must be a bool or a Relief, got float"),
+    (lambda: render(SCENE, CAMERA, None), "texture must be a StrokeTexture, .* a picture as an array, got N"),
     (lambda: Lamp(exponent=2.5), "Lamp: exponent must be an int, got float"),
     (lambda: light(FRAME.rgb, np.zeros((4, 5), np.float32)), "height must be float64 like rgb, got float32"),
     (lambda: light(np.zeros((4, 5, 3), np.uint8), FRAME.alpha), "light: rgb must be float32 or float64, got"),
