@@ -15,8 +15,8 @@ from brushgs.formats.cameras.read import CameraFile, read_cameras
 from brushgs.options.painting import ViewConfig
 from brushgs.options.sequence import PathConfig
 from brushgs.values.camera import Camera
-from tests.kit.changed import changed
 from tests.kit.for_each import for_each
+from tests.kit.json_changes import with_value
 from tests.kit.refused import refuse, refuse_bytes
 
 SCENE_FROM_LICHTFELD = np.diag([1.0, -1.0, -1.0])  # y up, z backward -> y down, z forward
@@ -182,7 +182,7 @@ MEETING = [POSES[0] | {"position": [0, 0, 1]}, POSES[1] | {"position": [0, 0, 0]
     ],
 )
 def test_what_does_not_fit_is_one_sentence(tmp_path, content, place, value, sentence):
-    refuse(write(tmp_path, changed(content, place, value)), sentence, read_cameras)
+    refuse(write(tmp_path, with_value(content, place, value)), sentence, read_cameras)
 
 
 def test_a_damaged_project_is_one_sentence(tmp_path):

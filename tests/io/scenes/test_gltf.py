@@ -11,8 +11,8 @@ from brushgs.formats import read_scene
 from brushgs.values.sh import C0, sh_basis
 from tests.io.scenes import spz_format
 from tests.io.scenes.gltf_maker import PREFIX, Attributes, Model, make
-from tests.kit.changed import changed
 from tests.kit.for_each import for_each
+from tests.kit.json_changes import with_value
 from tests.kit.refused import refuse, refuse_bytes
 from tests.passes.scenes import covariances
 
@@ -262,7 +262,7 @@ def test_a_field_at_fault_is_named(tmp_path, place, value, sentence):
     model = model_of(make(30, 1))
     if place == "scenes":
         model.top["nodes"] = [{"mesh": 0}]
-    model.top = changed(model.top, place, value)
+    model.top = with_value(model.top, place, value)
     refuse_bytes(tmp_path / "a.glb", model.glb(), sentence)
 
 

@@ -12,8 +12,8 @@ from brushgs.formats.packed import pack
 from brushgs.formats.styles import MAX_BYTES, read_style, write_style
 from brushgs.values.style import Style, StyleStage
 from tests.io.styles import example
-from tests.kit.changed import changed
 from tests.kit.for_each import for_each
+from tests.kit.json_changes import with_value
 from tests.kit.refused import refuse, refuse_bytes
 
 HALF = 2.0**-11  # relative rounding of float16
@@ -29,7 +29,7 @@ def edited(path, changes, style=None):
     write_style(style or example.painting(), path)
     value = json.loads(path.read_text())
     for place, new in changes.items():
-        value = changed(value, place, new)
+        value = with_value(value, place, new)
     path.write_text(json.dumps(value))
     return path
 

@@ -6,7 +6,7 @@ from operator import getitem
 from typing import Any
 
 
-def changed(content: Any, place: str, value: object = ...) -> Any:
+def with_value(content: Any, place: str, value: object = ...) -> Any:
     """A copy with another value at a place such as "keys/0/time", or without it."""
     content = deepcopy(content)
     *steps, last = (int(step) if step.isdecimal() else step for step in place.split("/"))
