@@ -1,18 +1,16 @@
 """A small painting as a page on disk, for tests of what surrounds the picture."""
 
 import base64
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
 
-from brushgs.brushes.texture import StrokeTexture
+import brushgs as bg
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.outlets.page.container import write_container
 from brushgs.outlets.page.contents import page_contents
 from brushgs.outlets.page.html import page_html
 from brushgs.outlets.page.view import PageView
-from brushgs.values.camera import Camera
 from tests.outlets.page.studio import decoded, painting_of
 from tests.scenes import still_life_of
 
@@ -48,15 +46,9 @@ def shown(
     if camera is None:
         camera = frame_scene(first, **{**SIZE, **framing})
     view = view or PageView.of(first, camera, framing.get("look_at"))
-    painting = painting_of(strokes, StrokeTexture.open("impasto"))
+    painting = painting_of(strokes, bg.StrokeTexture.open("impasto"))
     more = {"title": title, "command": command, "background": (1, 1, 1), "stops": stops}
     return page_contents(painting, camera, view=view, **more)
-
-
-def inside(contents_camera: Camera):
-    """A `PageView` of a camera that looks around."""
-    _, first = scene()
-    return replace(PageView.of(first, contents_camera), is_inside=True)
 
 
 def write_page(path, contents=None, *, still=STILL, **options):
@@ -79,7 +71,7 @@ def camera_of(facts, header):
     viewmat = np.array(facts["viewmat"]).reshape(4, 4)
     viewmat[:3, 3] -= viewmat[:3, :3] @ header["origin"]
     K = np.array([[facts["fx"], 0, facts["cx"]], [0, facts["fy"], facts["cy"]], [0, 0, 1]])
-    return Camera(viewmat, K, int(facts["width"]), int(facts["height"]), facts["near"])
+    return bg.Camera(viewmat, K, int(facts["width"]), int(facts["height"]), facts["near"])
 
 
 def violations(page):
@@ -88,6 +80,12 @@ def violations(page):
 
     found = Axe().run(page).response["violations"]
     return [(one["id"], [node["html"] for node in one["nodes"]]) for one in found]
+
+
+def are_apart(a, b):
+    """Whether two bounding boxes of a page do not overlap, but for rounding."""
+    sides = (("x", "width"), ("y", "height"))
+    return any(one[at] + one[size] <= two[at] + 0.01 for at, size in sides for one, two in ((a, b), (b, a)))
 
 
 def wait_until(page, condition, argument=None):

@@ -3,7 +3,6 @@
 import numpy as np
 
 import brushgs as bg
-from brushgs.brushes.brush_set import BrushSet
 from brushgs.outlets.page.contents import page_contents
 from brushgs.outlets.page.view import PageView
 from brushgs.rendering.canvas import Painting
@@ -32,7 +31,7 @@ def some_coat(strokes, texture="flat", name="strokes", **options):
     of_coat = {
         key: options.pop(key) for key in ("dry", "border", "tolerance", "normals", "blend") if key in options
     }
-    brush_set = BrushSet.of(texture)
+    brush_set = bg.BrushSet.of(texture)
     return Coat(name, strokes, brush_set, RenderOptions.of(brush_set, **options), **of_coat)
 
 

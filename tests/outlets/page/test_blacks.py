@@ -2,9 +2,8 @@
 
 import numpy as np
 
+import brushgs as bg
 from brushgs.rendering.tonal import Blacks
-from brushgs.values.camera import Camera
-from brushgs.values.frame import Frame
 from tests.chromium import blank_tab
 from tests.outlets.page.studio import Studio, decoded, encoded
 
@@ -31,7 +30,7 @@ def masses(seed):
         depth[inside] -= g.choice([0.0, 1.0])
         alpha[inside] = g.choice([0.4, 0.48, 1.0, 1.0])
     tone += g.normal(0, 0.03, tone.shape)
-    return Frame((alpha * tone)[..., None] * np.ones(3), alpha, depth)
+    return bg.Frame((alpha * tone)[..., None] * np.ones(3), alpha, depth)
 
 
 def test_blacks_of_a_picture_are_those_of_the_exact_renderer(browser):
@@ -41,10 +40,10 @@ def test_blacks_of_a_picture_are_those_of_the_exact_renderer(browser):
 
 
 def _compare(studio):
-    camera = Camera.look_at((0, 0, -5), (0, 0, 0), **SIZE)
+    camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), **SIZE)
     for seed, least in ((0, 1e-3), (1, 6e-3), (2, 0.012)):
         frame = masses(seed)
-        frame = Frame(*(plane.astype(np.float32) for plane in (frame.rgb, frame.alpha, frame.depth)))
+        frame = bg.Frame(*(plane.astype(np.float32) for plane in (frame.rgb, frame.alpha, frame.depth)))
         effect = Blacks(0.24, least, (0.1, 0.12, 0.2), (0.95, 0.9, 0.85))
         exact = effect(frame, camera)
         colors = np.dstack([frame.rgb, frame.alpha])

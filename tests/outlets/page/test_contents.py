@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 
 import brushgs as bg
-from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.first_view import plain_first_view
 from brushgs.cameras.framing import frame_scene
 from brushgs.outlets.page.columns import coarse_to_fine
@@ -93,7 +92,7 @@ def test_brushes_that_no_stroke_uses_are_left_out_and_equal_ones_stored_once():
         np.testing.assert_array_equal(of_page == k, chosen[rows] == row)
         assert first["numSigmas"][k] == options.num_sigmas[row]
         assert first["underpaint"]["reach"][k] == options.underpaint.reach[row]
-        texture = StrokeTexture.open(names[row])
+        texture = bg.StrokeTexture.open(names[row])
         image = header["brushes"][k]
         coverage = contents.arrays[image["coverage"]]
         assert coverage.shape == (image["rows"], image["columns"])

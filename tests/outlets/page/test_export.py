@@ -1,4 +1,5 @@
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -7,6 +8,7 @@ import brushgs as bg
 from brushgs.cli.commands import export
 from brushgs.cli.parser import parse
 from brushgs.cli.words import words_of
+from brushgs.formats.gltf_file import GlbWriter
 from brushgs.formats.pictures.images import read_image
 from brushgs.options.page import HEADSET_FRAGMENTS, PHONE_BYTES, UNDERPAINT_STEP
 from brushgs.options.painting import PaintConfig
@@ -15,6 +17,7 @@ from brushgs.outlets.page.still import MOST_BYTES, STILL_SIDE, still_of
 from brushgs.outlets.page.weight import Weight, warnings_of
 from brushgs.pipeline import still
 from tests.kit.commands import names, refused, run
+from tests.kit.for_each import for_each
 from tests.outlets.page.paintings import CAMERA, some_strokes
 from tests.outlets.page.read import read_page
 from tests.outlets.page.studio import camera_facts
@@ -94,19 +97,18 @@ def test_bad_input_is_one_sentence_and_no_scene_is_replaced(scene, capsys):
     assert names() == ["empty.ply", "link.glb", "link.html", "scene.ply"]
 
 
-def test_a_page_that_fails_leaves_the_earlier_one(monkeypatch):
-    Path("a.html").write_text("earlier")
+@for_each(("name", "writer", "method"), [("a.html", Path, "write_text"), ("a.glb", GlbWriter, "write")])
+def test_a_file_that_fails_leaves_the_earlier_one(name, writer, method):
+    Path(name).write_text("earlier")
 
     def fails(*args, **options):
         assert len(names()) == 2  # a temporary one beside it
         raise OSError(28, "full")
 
-    with monkeypatch.context() as patch:
-        patch.setattr(Path, "write_text", fails)
-        with pytest.raises(bg.SceneError, match="cannot be written"):
-            bg.save(some_strokes(5), "a.html", texture="flat", camera=CAMERA)
-    assert names() == ["a.html"]
-    assert Path("a.html").read_text() == "earlier"
+    with patch.object(writer, method, fails), pytest.raises(bg.SceneError, match="cannot be written"):
+        bg.save(some_strokes(5), name, texture="flat", camera=CAMERA)
+    assert (names(), Path(name).read_text()) == ([name], "earlier")
+    Path(name).unlink()
 
 
 def test_save_paints_a_page_as_render_paints_a_picture():

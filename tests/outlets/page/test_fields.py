@@ -74,7 +74,8 @@ def test_fitted_fields_turn_no_stroke_by_a_degree_and_both_eyes_take_one_directi
     worst = [np.degrees(turns(studio, painting, rows, camera, 0.01)).max() for camera in cameras]
     assert max(worst) < 1
     head = cameras[3]
-    eyes = [replace(head, viewmat=shifted(head.viewmat, 0.03 * side)) for side in (-1, 1)]
+    aside = np.eye(4)[0][:, None] * (0, 0, 0, 0.03)  # to the right
+    eyes = [replace(head, viewmat=head.viewmat - side * aside) for side in (-1, 1)]
     between, one, other = (studio.boxes(camera, head=head) for camera in (head, *eyes))
     seen = (between[:, 7] == 1) & (one[:, 7] == 1) & (other[:, 7] == 1)
     assert seen.sum() > 100
@@ -83,13 +84,6 @@ def test_fitted_fields_turn_no_stroke_by_a_degree_and_both_eyes_take_one_directi
         np.testing.assert_allclose(eye[seen, 4], between[seen, 4], rtol=0, atol=1e-6)
         np.testing.assert_allclose(eye[seen, 8:11], between[seen, 8:11], rtol=0, atol=1e-6)
     assert np.abs(np.sin(studio.boxes(eyes[0])[seen, 4] - one[seen, 4])).max() > 1e-3
-
-
-def shifted(viewmat, by):
-    """A camera that stands to the right by so much."""
-    moved = viewmat.copy()
-    moved[0, 3] -= by
-    return moved
 
 
 def test_the_column_is_six_bytes_a_stroke_and_only_where_there_are_fields():

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 import brushgs as bg
-from brushgs.brushes.texture import StrokeTexture
 from brushgs.cameras.framing import frame_scene
 from brushgs.formats.pictures.images import read_image
 from brushgs.outlets.page.container import write_container
@@ -13,7 +12,6 @@ from brushgs.outlets.page.contents import page_contents
 from brushgs.outlets.page.view import PageView
 from brushgs.rendering.canvas import Painting
 from brushgs.rendering.coat import Coat
-from brushgs.rendering.light import Lamp
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import paper
@@ -46,10 +44,10 @@ def halves(count=400, *, seed=2):
 
 def paintings():
     """One of each way in which coats reach the picture."""
-    strokes, flat = halves(), StrokeTexture.open("flat")
+    strokes, flat = halves(), bg.StrokeTexture.open("flat")
     board = paper((0.9, 0.85, 0.8), width=120, height=80)
-    plain = painting_of(strokes, StrokeTexture.open("ellipse"))
-    lit = painting_of(strokes, flat, surface=board, lamp=Lamp(), relief=Relief(0.4, 1.2), underpaint=True)
+    plain = painting_of(strokes, bg.StrokeTexture.open("ellipse"))
+    lit = painting_of(strokes, flat, surface=board, lamp=bg.Lamp(), relief=Relief(0.4, 1.2), underpaint=True)
     wash = Coat("wash", strokes, flat, RenderOptions.of(flat), blend="glaze")
     marks = Coat("marks", halves(seed=3), flat, RenderOptions.of(flat), dry=0.6, tolerance=2.0)
     covered = Coat("smudge", halves(seed=4), flat, RenderOptions.of(flat))
@@ -111,7 +109,8 @@ def test_regions_are_chosen_by_the_keyboard_and_let_go_without_a_trace(open_page
     strokes, first = scene()
     regions = np.digitize(strokes.means[:, 1], np.quantile(strokes.means[:, 1], (0.3, 0.6)))  # by height
     camera = frame_scene(first, **SIZE)
-    painting = painting_of(replace(strokes, regions=regions.astype(np.uint8)), StrokeTexture.open("impasto"))
+    strokes = replace(strokes, regions=regions.astype(np.uint8))
+    painting = painting_of(strokes, bg.StrokeTexture.open("impasto"))
     more = {"view": PageView.of(first, camera), "title": "pears", "command": ("a.ply", ())}
     contents = page_contents(painting, camera, **more, background=(1, 1, 1), regions=NAMES)
     page = open_page(write_page(tmp_path / "pears.html", contents), **CALM, width=1100, height=300)

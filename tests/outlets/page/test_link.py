@@ -12,7 +12,7 @@ from brushgs.outlets.page.contents import Stop
 from brushgs.outlets.page.export import MOST_STOPS, read_stops
 from brushgs.outlets.page.html import Preview
 from tests.kit.for_each import for_each
-from tests.outlets.page.page_file import SIZE, scene, seen, settle, shown, wait_until, write_page
+from tests.outlets.page.page_file import SIZE, are_apart, scene, seen, settle, shown, wait_until, write_page
 
 CALM = {"reduced_motion": "reduce"}
 COPY = {"permissions": ["clipboard-read", "clipboard-write"]}
@@ -151,22 +151,15 @@ def test_stops_caption_notice_and_bar_do_not_overlap(open_page, contents, tmp_pa
             assert box["x"] >= 0, (width, box)
             assert box["x"] + box["width"] <= width, (width, box)
         for a, b in combinations(boxes, 2):
-            assert (
-                a["x"] + a["width"] <= b["x"]
-                or b["x"] + b["width"] <= a["x"]
-                or a["y"] + a["height"] <= b["y"]
-                or b["y"] + b["height"] <= a["y"]
-            ), (width, a, b)
+            assert are_apart(a, b), (width, a, b)
         assert width > 640 or boxes[1]["width"] > 0.85 * width, width
 
 
 def test_stops_are_read_from_camera_files(tmp_path):
     camera = {"width": 64, "height": 48, "fx": 50, "fy": 50, "rotation": np.eye(3).tolist()}
     path = tmp_path / "cameras.json"
-    views = [
-        camera | {"position": [number, 0, 0], "img_name": f"dir/pear {number}.jpg"}
-        for number in range(MOST_STOPS + 1)
-    ]
+    numbers = range(MOST_STOPS + 1)
+    views = [camera | {"position": [n, 0, 0], "img_name": f"dir/pear {n}.jpg"} for n in numbers]
     path.write_text(json.dumps(views[:2]))
     found = read_stops(path)
     assert [stop.title for stop in found] == ["pear 0", "pear 1"]

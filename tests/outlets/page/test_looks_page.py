@@ -6,14 +6,12 @@ from functools import cache
 import numpy as np
 import pytest
 
+import brushgs as bg
 from brushgs.cameras.paths import turn_around
 from brushgs.options.choices import LOOKS
-from brushgs.options.look import Look
 from brushgs.rendering.effect import without_effect
 from brushgs.rendering.tonal import Blacks
 from brushgs.still_life import still_life_camera
-from brushgs.values.camera import Camera
-from brushgs.values.gaussians import Gaussians
 from tests.chromium import blank_tab
 from tests.kit.for_each import for_each
 from tests.outlets.page.looks import on_ground, painted_in, psnr
@@ -42,14 +40,18 @@ def room():
     colors = 0.8 * np.sin(np.stack([walls[:, 0] + axis, 2 * walls[:, 1], walls[:, 2] - axis], axis=1))
     columns = walls, np.tile((1.0, 0, 0, 0), (6000, 1)), scales, g.uniform(0.7, 1, 6000), colors[:, None]
     is_window = (axis == 2) & (side > 0) & (np.abs(walls[:, :2] - (-1.4, 0.0)) < (0.9, 0.7)).all(axis=1)
-    return Gaussians(*(column[~is_window].astype(np.float32) for column in columns))
+    return bg.Gaussians(*(column[~is_window].astype(np.float32) for column in columns))
+
+
+def camera_indoors(width, height):
+    eye, target = (1.2, 0.2, -2.5), (-1.5, 0.0, 3.0)
+    return bg.Camera.look_at(eye, target, width=width, height=height, fov_y=np.radians(75))
 
 
 @for_each("look", ["oil", "ink", "plain"])  # a lamp, tones, and neither
 def test_a_page_as_it_opens_shows_what_render_shows_indoors(studio, look):
     """Measured: oil 58 dB, plain 54, ink 75; by distance, as in a headset, oil 31, plain 33."""
-    eye, target = (1.2, 0.2, -2.5), (-1.5, 0.0, 3.0)
-    camera = Camera.look_at(eye, target, width=240, height=180, fov_y=np.radians(75))
+    camera = camera_indoors(240, 180)
     painting, background = painted_in(look, room(), camera, lock="anchor")
     studio.load(painting, camera, background=background)
     exact = on_ground(painting, camera, background)
@@ -69,14 +71,11 @@ def in_motion(painting):
     return replace(painting, coats=tuple(map(shown, painting.coats)))
 
 
-@pytest.mark.parametrize(
-    ("look", "relief"),
-    [*((look, None) for look in LOOKS), ("watercolour", 0.6)],
-)
+@pytest.mark.parametrize(("look", "relief"), [*((look, None) for look in LOOKS), ("watercolour", 0.6)])
 def test_the_page_paints_every_look_as_the_exact_renderer_does(studio, look, relief):
     """PSNR: oil 64 dB, gouache 62, impressionist 61, watercolour 59, ink 74, hatching 69, charcoal 58."""
     more = {} if relief is None else {"light": {"relief": relief}}
-    width, height = SIZES[Look.open(look).config.light.canvas]
+    width, height = SIZES[bg.Look.open(look).config.light.canvas]
     camera = still_life_camera(width=width, height=height)
     scene = still_life_of(2000)
     painting, background = painted_in(
@@ -137,8 +136,7 @@ def test_washes_in_motion_are_near_those_of_render(studio, size, is_indoors):
     """Of a quarter of the pixels 31 to 38 dB, of all of them 38 to 41; single strokes have 14."""
     width, height = size
     if is_indoors:
-        eye, target = (1.2, 0.2, -2.5), (-1.5, 0.0, 3.0)
-        scene, camera = room(), Camera.look_at(eye, target, width=width, height=height, fov_y=np.radians(75))
+        scene, camera = room(), camera_indoors(width, height)
     else:
         scene, camera = still_life_of(2000), still_life_camera(width=width, height=height)
     painting, background = painted_in(

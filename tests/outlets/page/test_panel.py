@@ -5,13 +5,7 @@ from itertools import combinations
 import pytest
 
 from tests.kit.for_each import for_each
-from tests.outlets.page.page_file import (
-    settle,
-    shown,
-    violations,
-    wait_until,
-    write_page,
-)
+from tests.outlets.page.page_file import are_apart, settle, shown, violations, wait_until, write_page
 
 CALM = {"reduced_motion": "reduce"}
 DESKTOP = {"width": 1100, "height": 500}
@@ -165,11 +159,7 @@ def boxes_in_window(page, ids, width, height):
         assert box["x"] + box["width"] <= bar["x"] + bar["width"] <= width
         assert box["y"] + box["height"] <= bar["y"] + bar["height"] <= height
         assert box["width"] >= 24
-    for a, b in combinations(boxes, 2):
-        sides = (("x", "width"), ("y", "height"))
-        assert any(
-            one[at] + one[size] <= other[at] + 0.01 for at, size in sides for one, other in ((a, b), (b, a))
-        )
+    assert all(are_apart(a, b) for a, b in combinations(boxes, 2))
 
 
 @for_each("is_full", [False, True])

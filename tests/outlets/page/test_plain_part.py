@@ -4,15 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.brushes.brush_set import BrushSet
+import brushgs as bg
 from brushgs.brushes.soft import SOFT
-from brushgs.options.look import Look
 from brushgs.options.where import Where, WhereConfig
 from brushgs.outlets.page import columns as page
 from brushgs.pipeline.prepare import PICTURE, prepare
 from brushgs.pipeline.report import Report
 from brushgs.still_life import still_life_camera
-from brushgs.values.gaussians import Gaussians
 from tests.outlets.page.paintings import contents_of, some_coat, some_strokes
 from tests.scenes import still_life_of
 
@@ -21,7 +19,7 @@ CAMERA = still_life_camera(width=160, height=120)
 
 def test_the_page_shows_what_is_not_painted_as_the_exact_renderer_does(studio):
     """Within 66 dB."""
-    config = Look.open("oil").config
+    config = bg.Look.open("oil").config
     config = replace(
         config,
         cluster=replace(config.cluster, strokes=200),
@@ -70,5 +68,5 @@ def test_a_page_has_the_largest_of_too_many_and_says_so(monkeypatch):
     assert any("of 30 Gaussians" in sentence for sentence in contents_of(coat).omitted)
     bare = some_coat(strokes)
     assert page.shown_by(bare) is bare.strokes
-    assert isinstance(shown, Gaussians)
-    assert (shown.brushes[50:] == len(BrushSet.of(coat.texture)) - 1).all()
+    assert isinstance(shown, bg.Gaussians)
+    assert (shown.brushes[50:] == len(bg.BrushSet.of(coat.texture)) - 1).all()

@@ -4,14 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from brushgs.brushes.texture import StrokeTexture
+import brushgs as bg
 from brushgs.measure.likeness import psnr
 from brushgs.outlets.page.effects import effect_facts
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions
 from brushgs.rendering.rub import Rub
-from brushgs.values.camera import Camera
-from brushgs.values.frame import Frame
 from tests.chromium import blank_tab
 from tests.outlets.page.paintings import some_strokes
 from tests.outlets.page.studio import Studio, camera_facts, decoded, encoded
@@ -39,12 +37,12 @@ def masses():
     depth = np.where(alpha > 0, 5 + np.sin(5 * x) + (y > 0.6), 0)
     paper, black = np.array(RUB.paper), np.array(RUB.black)
     rgb = alpha[..., None] * (paper + tone[..., None] * (black - paper))
-    return Frame(*(plane.astype(np.float32) for plane in (rgb, alpha, depth)))
+    return bg.Frame(*(plane.astype(np.float32) for plane in (rgb, alpha, depth)))
 
 
 def rubbed(studio, frame, camera, step=1):
     """[H, W, 4] premultiplied colors and cover, as rub.frag makes them on a smooth board."""
-    strokes, texture = some_strokes(1), StrokeTexture.open("gaussian")
+    strokes, texture = some_strokes(1), bg.StrokeTexture.open("gaussian")
     coat = Coat("masses", strokes, texture, RenderOptions.of(texture), effect=RUB)
     facts = effect_facts(coat, ORIGIN)["rub"]
     colors = np.dstack([frame.rgb, frame.alpha])
@@ -62,11 +60,11 @@ def halved(plane):
 
 def test_rubbed_tones_are_those_of_the_exact_renderer_and_nearly_so_at_half_resolution(browser):
     """Measured: apart by 3e-7; at half resolution 35 dB, without rubbing 28."""
-    camera, frame = Camera.look_at((0.5, -3, 6), (0.7, -3, 11), **SIZE), masses()
+    camera, frame = bg.Camera.look_at((0.5, -3, 6), (0.7, -3, 11), **SIZE), masses()
     exact = RUB(frame, camera, None)
     whole = np.dstack([exact.rgb, exact.alpha])
     bare = replace(RUB, strength=0.0)(frame, camera, None)
-    few = Frame(halved(frame.rgb), halved(frame.alpha), frame.depth[::2, ::2])
+    few = bg.Frame(halved(frame.rgb), halved(frame.alpha), frame.depth[::2, ::2])
     less = replace(
         camera, K=np.diag((0.5, 0.5, 1)) @ camera.K, width=SIZE["width"] // 2, height=SIZE["height"] // 2
     )

@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 
 import brushgs as bg
-from brushgs.brushes.brush_set import BrushSet
 from brushgs.brushes.texture import Tint
 from brushgs.pipeline.overpaint import coats_of_marks
 from brushgs.rendering.canvas import Painting
-from brushgs.rendering.light import Lamp
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import linen
 from brushgs.still_life import still_life_camera
@@ -21,7 +19,7 @@ from tests.outlets.page.studio import painting_of
 from tests.scenes import still_life_of
 
 STEP = 4 / 255
-SET = BrushSet(tuple(bg.StrokeTexture.open(name) for name in ("flat", "line", "swirl")))
+SET = bg.BrushSet(tuple(bg.StrokeTexture.open(name) for name in ("flat", "line", "swirl")))
 
 
 def assert_near(found, expected):
@@ -72,7 +70,7 @@ def test_several_brushes(studio, options, is_colored):
         coverage = textures[row].coverage
         textures[row] = replace(textures[row], tint=Tint.of(waves(*coverage.shape), coverage))
     strokes = hard_strokes(500, brushes=3, degree=1)
-    assert_same_picture(studio, painting_of(strokes, BrushSet(tuple(textures)), **options), CAMERAS[0])
+    assert_same_picture(studio, painting_of(strokes, bg.BrushSet(tuple(textures)), **options), CAMERAS[0])
 
 
 def test_long_lines_of_a_pen_end_where_render_ends_them(studio):
@@ -149,7 +147,7 @@ def test_underpaint_as_a_layer_lies_below_all_strokes(studio, scene, is_lit):
     more = {}
     if is_lit:
         board = linen((0.6, 0.5, 0.4), height=camera.height, width=camera.width)
-        more = {"surface": board, "lamp": Lamp(), "relief": Relief()}
+        more = {"surface": board, "lamp": bg.Lamp(), "relief": Relief()}
     painting = painting_of(scene, texture, underpaint=True, **more)
     (coat,) = painting.coats
     assert coat.options.underpaint is not None

@@ -36,7 +36,6 @@ def test_what_does_not_suit_the_command_line_is_refused(scene):
     )
     for one, settings, sentence in (
         (session, Settings(part="mask:/etc/passwd"), "mask: reads files, which a page must not name"),
-        (session, Settings(part="sphere:1"), "where must have sphere:x,y,z,radius"),
         (cameras, Settings(azimuth=20), "--azimuth cannot be combined with --camera-file"),
     ):
         with pytest.raises(ValueError, match=sentence):

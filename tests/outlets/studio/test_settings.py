@@ -114,15 +114,14 @@ def test_shots_and_films_have_cameras_in_the_size_of_the_picture():
     ("change", "sentence"),
     [
         ({"width": 0}, "width must be a whole number"),
-        ({"width": 10**9, "height": 10}, "size must"),
-        ({"width": 20000, "height": 20000}, "size must"),
+        ({"width": 40000, "height": 10}, "size must be 1x1 to 32767x32767"),
+        ({"width": 8193, "height": 8193}, "size must be at most 67 million pixels, got 8193x8193"),
         ({"camera": {**CAMERA, "viewmat": [0] * 16}}, "camera: viewmat must be a rotation"),
         ({"camera": {**CAMERA, "viewmat": [1e400] * 16}}, "camera.viewmat[0] must be a number, got"),
         ({"camera": {**CAMERA, "near": 0}}, "camera: near must be > 0"),
         ({"camera": {**CAMERA, "K": [1] * 8}}, "camera.K must be a list of 9"),
         ({"camera": {**CAMERA, "more": 1}}, "camera.more is no known field among viewmat, K, width"),
         ({"camera": 7}, "camera must be an object, got 7"),
-        ({"more": 1}, "more is no known field among camera, width, height"),
     ],
 )
 def test_a_shot_that_cannot_be_painted_is_refused(change, sentence):
@@ -135,7 +134,6 @@ def test_a_shot_that_cannot_be_painted_is_refused(change, sentence):
     [
         ({"kind": "zoom"}, 'kind must be "clip", "path" or "turn", got "zoom"'),
         ({"kind": ["turn"]}, 'kind must be "clip", "path" or "turn", got ["turn"]'),
-        ({"seconds": 0}, "seconds must be above 0"),
         ({"seconds": 1e9}, "seconds must be above 0 and at most"),
         ({"fps": 0}, "fps must be above 0"),
         ({"cameras": []}, "cameras must be a list of 1 to"),

@@ -14,11 +14,9 @@ import pytest
 
 from brushgs.cli import main
 from brushgs.cli.commands import render, view
-from brushgs.options.viewer import FilmConfig, check_picture
 from brushgs.outlets.studio.studio import Studio
 from tests.kit import programs
 from tests.kit.commands import refused, run
-from tests.kit.for_each import for_each
 from tests.outlets.studio.conftest import FEW, SECONDS
 
 ADDRESS = re.compile(r"^http://127\.0\.0\.1:([0-9]+)/\?token=([\w-]{43})$")
@@ -35,29 +33,11 @@ def test_what_cannot_be_served_is_refused(scene, capsys):
         (["--host", ""], "host must be an address of this machine, got ''"),
         (["--relief", "3"], "relief must be 0 to 1, got 3"),
         (["--orbit", "20"], "unrecognized arguments: --orbit"),
-        (["--host", "192.0.2.1"], "192.0.2.1:0: cannot be served"),
         (["--certificate", "a.pem", "--private-key", "a.pem"], "a.pem: there is no such certificate"),
     ):
         assert sentence in refused(capsys, "view", scene, *FEW, "--no-browser", "--quiet", *words)
     assert "a.ply" in refused(capsys, "view", "a.ply", "--no-browser", "--quiet")
     assert "is an empty folder" in refused(capsys, "view", "--scenes", "empty", "--no-browser", "--quiet")
-
-
-@for_each(
-    ("values", "sentence"),
-    [
-        ({"kind": "spin"}, "kind must be turn, path or clip"),
-        ({"seconds": 0}, "seconds must be above 0 and at most 600"),
-        ({"fps": 2000}, "fps must be above 0 and at most 1000"),
-        ({"width": 40000}, "size must be 1x1 to 32767x32767"),
-    ],
-)
-def test_films_and_pictures_have_limits(values, sentence):
-    with pytest.raises(ValueError, match=sentence):
-        FilmConfig(**{"kind": "turn", "seconds": 1, "width": 64, "height": 48} | values)
-    check_picture(8192, 8192)
-    with pytest.raises(ValueError, match=r"size must be at most 67 million pixels, got 8193x8193"):
-        check_picture(8193, 8193)
 
 
 @pytest.fixture
