@@ -3,7 +3,7 @@
 import os
 import re
 from dataclasses import replace
-from math import degrees, radians
+from math import radians
 from pathlib import Path
 
 import pytest
@@ -185,13 +185,6 @@ def test_what_is_written_is_read_back(tmp_path_factory, part):
     step, values = part
     path = written(tmp_path_factory.mktemp("looks"), f"[{step}]\n{texts_of(values)}")
     assert Look.open(path).config == PaintConfig(**{step: STEPS[step](**values)})
-
-
-@given(st.integers(-720, 720), st.integers(1, 90))
-def test_a_lamp_is_given_in_degrees(tmp_path_factory, azimuth, elevation):
-    path = written(tmp_path_factory.mktemp("looks"), f"[light]\nlamp = [{azimuth}, {elevation}]\n")
-    lamp = Look.open(path).config.light.lamp
-    assert tuple(map(degrees, lamp)) == pytest.approx((azimuth, elevation))
 
 
 def test_a_medium_is_one_class_and_takes_what_another_has_beside(tmp_path):

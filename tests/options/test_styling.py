@@ -4,8 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from brushgs.errors import SceneError
-from brushgs.options.look import Look
+import brushgs as bg
 from brushgs.options.rules import Rules
 from brushgs.options.styling import StyleConfig, StyleShare
 from tests.kit.for_each import for_each
@@ -36,12 +35,12 @@ def test_a_look_and_rules_take_styles_as_the_flag_does(tmp_path):
     (tmp_path / "monet.style").touch()
     look = tmp_path / "mine.toml"
     look.write_text('base = "oil"\n[style]\nstyles = "monet.style:0.8;marks=0.7,other.style:0.1"\n')
-    first, second = Look.open(look).values["style"]["styles"]
+    first, second = bg.Look.open(look).values["style"]["styles"]
     assert first == StyleShare(tmp_path / "monet.style", 0.8, marks=0.7)
     assert second == StyleShare(Path("other.style"), 0.1)
     look.write_text('[style]\nstyles = "monet.style;lines=0"\n')
-    with pytest.raises(SceneError, match="got 'lines'; did you mean 'line'"):
-        Look.open(look)
+    with pytest.raises(bg.SceneError, match="got 'lines'; did you mean 'line'"):
+        bg.Look.open(look)
     rules = tmp_path / "parts.toml"
     rules.write_text('[[region]]\nwhere = "subject"\nstyle = "monet.style:0.8;line=0"\n')
     style = Rules.of(rules).rules[0].style
