@@ -5,12 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from brushgs.brushes.texture import StrokeTexture
+import brushgs as bg
 from brushgs.cli.commands import bench
 from brushgs.measure.likeness import rmse
 from brushgs.options.painting import ViewConfig
 from brushgs.options.scene_source import SceneSource
-from brushgs.rendering.rasterize import rasterize
 from examples.benchmarks.peers import columns, run
 from examples.benchmarks.peers.figures import COLUMNS, cells, reasons
 from examples.benchmarks.peers.search import search_boxes
@@ -100,13 +99,13 @@ def test_nearness_is_of_the_subject_alone():
 def test_the_search_comes_nearer_with_more_strokes_and_repeats_itself():
     y, x = np.mgrid[:60, :80] / 60.0
     picture = np.stack([x / 1.4, y, (np.hypot(x - 0.6, y - 0.5) < 0.3) * 0.8], axis=2)
-    brush = StrokeTexture.open("flat")
+    brush = bg.StrokeTexture.open("flat")
     errors = []
     for count in (20, 200):
         boxes, again = (search_boxes(picture, brush, num_strokes=count) for _ in range(2))
         assert 0 < len(boxes) <= count
         assert boxes.centers.tobytes() == again.centers.tobytes()
-        painted = rasterize(boxes, brush, height=60, width=80, depth=False).over((1, 1, 1))
+        painted = bg.rasterize(boxes, brush, height=60, width=80, depth=False).over((1, 1, 1))
         errors.append(rmse(painted, picture))
     assert errors[1] < 0.6 * errors[0]
     with pytest.raises(ValueError, match="num_strokes must be at least 1, got 0"):

@@ -13,7 +13,6 @@ from brushgs.cli.commands import bench
 from brushgs.cli.parser import parse
 from brushgs.formats.pictures.images import read_image
 from brushgs.measure import plotting
-from brushgs.measure.bench import subject
 from brushgs.measure.bench.look_families import KNOBS
 from brushgs.options.experiments import LOOK_FAMILIES, BenchConfig
 from tests.kit.commands import names, refused, run
@@ -189,20 +188,6 @@ def test_strokes_in_a_file_are_all_kept_as_render_keeps_them(scene, capsys):
     assert (code, err) == (0, "")
     points = json.loads(out)["bench"]["families"][0]["points"]
     assert points[-1]["strokes"] == len(bg.load("strokes.ply"))
-
-
-def test_a_wrong_picture_stops_the_bench_and_nothing_is_written(scene, capsys, monkeypatch):
-    true = subject.render_with
-
-    def blurred(strokes, camera, texture, options):
-        return true(strokes, camera, texture, replace(options, low_pass=1.0))
-
-    monkeypatch.setattr(subject, "render_with", blurred)
-    code, out, err = run(capsys, "bench", scene, *SMALL, "--families", "filter")
-    assert (code, out) == (1, "")
-    assert "WrongPictureError: bench: filter mip paints another picture than the reference, 32x32" in err
-    assert err.count("\n") == 1
-    assert names() == []
 
 
 def test_bad_input_is_one_sentence_and_leaves_nothing(scene, capsys):
