@@ -77,14 +77,10 @@ def test_render_prints_the_path_of_its_picture_and_a_table_of_what_it_did(scene,
         (["--up", "sideways"], r"up must be one of .* or three numbers .* got 'sideways'"),
         (["--background", "redish"], r"background must be white, black, .* got 'redish'"),
         (["--stroke", "swirll"], r"swirll: neither a file nor a built-in stroke, .*did you mean 'swirl'\?"),
-        (
-            ["-o", "a.bmp"],
-            r"output must end in .png, .jpg, .jpeg, .tif, .*, .webp, .avif, .svg, .ora, .psd, got",
-        ),
+        (["-o", "a.bmp"], r"output must end in .png, .jpg, .jpeg, .tif, .*, .avif, .svg, .ora, .psd, got"),
         (["-o", "a.jpg", "--background", "transparent"], r"must not be transparent in a\.jpg, .* a\.png"),
         (["--no-such-flag"], r"unrecognized arguments: --no-such-flag"),
         (["--fps", "5"], r"--fps needs --orbit, --path or --grow"),
-        (["--scheduler", "tcp://host:1"], r"--scheduler needs --orbit, --path or --grow"),
         (["--lock", "track"], r"--lock track needs --orbit or --path; strokes are tracked only along a path"),
         (["--first", "0.3", "--grow", "2"], r"--first cannot be combined with --orbit, --path or --grow"),
         (["-o", "a.mp4"], r"a\.mp4 is a video and needs a camera path; add --orbit or --path"),
@@ -93,21 +89,15 @@ def test_render_prints_the_path_of_its_picture_and_a_table_of_what_it_did(scene,
         (["--orbit", "9", "--path", "a.json"], r"a camera path must be either an orbit or .*, got both"),
         (["--orbit", "9", "--frames", "5"], r"frames cannot be combined with orbit"),
         (["--orbit", "9", "--camera-file", "c.json"], r"--camera-file cannot be combined with --orbit"),
-        (["--path", "p", "--camera-file", "c.json"], r"--camera-file cannot be combined with --path"),
-        (["--path", "p.json", "--zoom", "2"], r"--zoom cannot be combined with --path, which places"),
-        (["--path", "none.json"], r"none\.json: "),
-        (
-            ["--orbit", "9", "--jobs", "2", "--scheduler", "tcp://h:1"],
-            r"jobs cannot be combined with scheduler",
-        ),
+        (["--orbit", "9", "--jobs", "2", "--scheduler", "tcp://h:1"], "jobs cannot be combined with sched"),
         (["--orbit", "9", "--resume"], r"a video cannot be resumed \(--resume\), got 'pears-ellipse.mp4'"),
         (
             ["--orbit", "9", "--size", "16386x9"],
-            r"pictures in \.mp4 with H\.264 must be at most 16384 pixels wide and high",
+            r"in \.mp4 with H\.264 must be at most 16384 pixels wide",
         ),
         (
             ["--orbit", "9", "--background", "transparent"],
-            r"background must not be transparent in .*\.mp4, whose format holds no transparency",
+            r"not be transparent in .*\.mp4, whose format",
         ),
         (["--orbit", "9", "-o", "a.png"], r"a path has many frames, but 'a\.png' is one picture"),
         (["--palette-strength", "1"], "--palette-strength needs --palette"),
@@ -115,12 +105,10 @@ def test_render_prints_the_path_of_its_picture_and_a_table_of_what_it_did(scene,
         (["--where", "sphere:900,0,0,1"], r"none of .*sphere:900,0,0,1"),
         (["--where-soft", "0.1"], "--where-soft needs --where"),
         (["--where", "mask:m"], "where has mask:m, which needs --camera-file"),
-        (["--style", "none.style"], "none.style: "),
         (["--style", "a:0.7,b:0.4"], "--style must have shares that add up to at most 1, got 1.1"),
         (["--direction", "style"], "direction style needs --style"),
         (["--continue"], "--continue needs --marks, the paint that is continued"),
         (["--hold", "2"], r"--hold needs --orbit, --path or --grow; a single picture does not use it"),
-        (["--boil", "0.3"], r"--boil needs --orbit, --path or --grow"),
         (["--layers", "normal", "-o", "a.png"], r"layers must be written to .exr, got a.png; write a.exr"),
         (["--orbit", "3", "--layers", "uv", "-o", "a.mp4"], r"layers must be written to .exr, got a.mp4"),
         (["--stroke", "flat,,dab"], r"flat,,dab: a name is missing between two commas"),
@@ -182,18 +170,6 @@ def test_no_input_is_overwritten(scene, capsys, words):
     assert {path: path.read_bytes() for path in Path().rglob("*.*") if path.is_file()} == before
 
 
-def test_an_existing_picture_survives_a_run_that_fails(scene, capsys, monkeypatch):
-    Path("a.png").write_bytes(b"precious")
-
-    def fail(*_, **__):
-        raise OSError(28, "No space left on device", "a.png")
-
-    monkeypatch.setattr("brushgs.formats.pictures.images.write_frame", fail)
-    code, out, err = run(capsys, "render", scene, *SMALL, "-o", "a.png")
-    assert (code, out, err) == (2, "", "brushgs: a.png: No space left on device\n")
-    assert Path("a.png").read_bytes() == b"precious"
-
-
 @for_each(
     ("error", "code", "sentence"),
     [
@@ -201,6 +177,7 @@ def test_an_existing_picture_survives_a_run_that_fails(scene, capsys, monkeypatc
         (MemoryError("Unable to allocate 12 GiB"), 2, "brushgs: out of memory (Unable to allocate 12 GiB)"),
         (KeyboardInterrupt(), 130, "brushgs: stopped\n"),
         (bg.SceneError("a.ply", "is gone"), 2, "brushgs: a.ply: is gone\n"),
+        (OSError(28, "No space left on device", "a.png"), 2, "brushgs: a.png: No space left on device\n"),
     ],
 )
 def test_what_goes_wrong_has_an_exit_code_and_a_sentence_and_a_traceback_with_debug(
@@ -235,40 +212,14 @@ def test_a_scene_that_is_usable_with_a_loss_is_painted_with_a_note(scene, capsys
     assert re.search(r"^note +hurt\.ply", run(capsys, "info", "hurt.ply")[1], re.MULTILINE)
 
 
-def test_passes_stand_alone(scene, capsys):
-    assert run(capsys, "prune", scene, "--keep", "0.5")[:2] == (0, "pears-pruned.ply\n")
-    assert len(bg.load("pears-pruned.ply")) == -(-len(bg.load(scene)) // 2)
-    found = run(capsys, "cluster", "pears-pruned.ply", "--strokes", "40", "-o", "few.ply")
-    assert found[:2] == (0, "few.ply\n")
-    assert 0 < len(bg.load("few.ply")) <= 40
-
-
-@pytest.fixture
-def blue():
-    """A blue picture in the current folder."""
-    save_opaque("blue.png", np.full((4, 4, 3), (0.1, 0.2, 0.8)))
-    return "blue.png"
-
-
-def test_a_palette_gives_its_colors(scene, blue, capsys):
-    words = ["--background", "transparent", "--palette", blue, "--broken-color", "0"]
-    code, out, _ = run(capsys, "render", scene, *SMALL, *words, "--json")
-    assert code == 0
-    assert "100% of the way in lab" in out
-    picture = read_image("pears-ellipse.png")
-    painted = picture[..., 3] > 0.5
-    np.testing.assert_allclose(picture[painted, :3], [[0.1, 0.2, 0.8]] * painted.sum(), atol=0.02)
-
-
-def test_the_palette_pass_stands_alone(scene, blue, capsys):
-    words = ["--palette", blue, "--palette-strength", "0.5", "--palette-space", "srgb"]
+def test_the_palette_pass_stands_alone(scene, capsys):
+    save_opaque("blue.png", np.full((4, 4, 3), blue := np.array((0.1, 0.2, 0.8))))
+    words = ["--palette", "blue.png", "--palette-strength", "0.5", "--palette-space", "srgb"]
     code, out, err = run(capsys, "recolor", scene, *words)
     assert (code, out) == (0, "pears-recolored.ply\n")
     assert re.search(r"recolor +[0-9,]+ Gaussians, 50% of the way in srgb", err)
-    assert "strokes" not in err
     before, after = (base_colors(bg.load(name).sh) for name in (scene, "pears-recolored.ply"))
-    assert np.std(after) < np.std(before)
-    assert bg.load("pears-recolored.ply").means.shape == bg.load(scene).means.shape
+    np.testing.assert_allclose(after, 0.5 * (before + blue), atol=0.01)
 
 
 @for_each(("flag", "output"), [("--camera-file", "a.png"), ("--path", "f/")])

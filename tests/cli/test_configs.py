@@ -92,8 +92,6 @@ def test_flags_of_strokes_become_configuration(words, expected):
     ("words", "sentence"),
     [
         (["--see", "all"], "--see: invalid choice: 'all'"),
-        (["--solid", "yes"], "--solid must be on or off, got 'yes'"),
-        (["--economy", "2"], "economy must be 0 to 1, got 2"),
         (["--focus", "1,2,3"], "--focus must be auto, off, subject, x,y,z,radius in world units"),
         (["--focus", "1,2,3,0"], "--focus must be four finite numbers, the radius above 0"),
         (["--focus", "1,2,nan,1"], "--focus must be four finite numbers, the radius above 0"),

@@ -10,6 +10,7 @@ import pytest
 from brushgs.cli.stopping import Stop, hearing_stops
 from brushgs.formats.pictures.images import read_image
 from tests.kit import programs
+from tests.kit.commands import names
 from tests.kit.for_each import for_each
 
 # Strokes that are soon made: signals come while they are painted.
@@ -45,10 +46,6 @@ def start(scene, place):
 LONG = "--orbit", "3000", "--size", "160x120"
 
 
-def files(folder):
-    return sorted(path.name for path in folder.iterdir())
-
-
 def wait_until(condition, process):
     until = time.monotonic() + 60
     while not condition():
@@ -64,24 +61,24 @@ def wait_until(condition, process):
 )
 def test_every_video_is_whole_or_not_there(start, place, number, words):
     with start(*LONG, *words) as process:
-        wait_until(lambda: files(place / "out"), process)
+        wait_until(lambda: names(place / "out"), process)
         process.send_signal(number)
         out, err = process.communicate()
     assert (process.returncode, out) == (CODES[number], "")
     assert err == "brushgs: stopped: no video was written; numbered frames, -o a/, can be resumed\n"
-    assert files(place / "out") == files(place / "temporary") == []
+    assert names(place / "out") == names(place / "temporary") == []
 
 
 def test_a_still_is_whole_or_not_there(start, place):
     """The signal comes while the picture is written: encoders are not interrupted, but nothing is left."""
     with start("--size", "1500x1000", "-o", "a.exr") as process:
-        wait_until(lambda: files(place / "out"), process)
+        wait_until(lambda: names(place / "out"), process)
         process.send_signal(signal.SIGTERM)
         _, err = process.communicate()
     assert (process.returncode, err) in [(143, "brushgs: stopped\n"), (0, "")]
-    left = files(place / "out")
+    left = names(place / "out")
     assert left in ([], ["a.exr"])
-    assert files(place / "temporary") == []
+    assert names(place / "temporary") == []
     if left:
         assert read_image(place / "out" / "a.exr").shape[:2] == (1000, 1500)
 
@@ -96,9 +93,9 @@ def test_a_signal_to_all_processes_leaves_none_of_their_files(start, place):
     assert (process.returncode, out) == (143, "")
     assert "of 3000 frames are done; add --resume to paint the rest\n" in err
     assert err.count("\n") == 1
-    left = files(place / "out/f")
+    left = names(place / "out/f")
     assert left == [".%05d.exr.json", *(f"{index:05}.exr" for index in range(len(left) - 1))]
-    assert files(place / "temporary") == []
+    assert names(place / "temporary") == []
 
 
 def test_a_killed_command_leaves_no_process_and_these_no_files(start, place):
@@ -107,7 +104,7 @@ def test_a_killed_command_leaves_no_process_and_these_no_files(start, place):
         process.kill()
         process.communicate()
     until = time.monotonic() + 60
-    while files(place / "temporary"):
+    while names(place / "temporary"):
         assert time.monotonic() < until
         time.sleep(0.01)
 

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.kit.for_each import for_each
-
-ROOT = Path(__file__).resolve().parents[2]
+from tests.kit.programs import ROOT
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no shell for this")
 

@@ -20,8 +20,7 @@ def test_words_of_a_scene_are_those_of_its_first_view_and_of_strokes_tell_of_the
     )
     assert {"warm", "dark"} <= set(words)
     fits = [word["fit"] for word in words.values()]
-    assert fits == sorted(fits, reverse=True)
-    assert words["warm"]["figure"] == "warmth"
+    assert (fits, words["warm"]["figure"]) == (sorted(fits, reverse=True), "warmth")
     assert 0.3 < words["warm"]["value"] < 1
     assert "broad" in of_strokes
     assert "fine" not in of_strokes
