@@ -7,12 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgs.brushes.texture import StrokeTexture
+import brushgs as bg
 from brushgs.measure.likeness import rmse
 from brushgs.rendering import reference
-from brushgs.rendering.project import project
 from brushgs.rendering.rasterize import RasterOptions
-from brushgs.rendering.render import render
 from brushgs.still_life import still_life_camera
 from examples import benchmarks
 from examples.benchmarks import numpy_painter, painterly, scanline, workloads
@@ -20,12 +18,12 @@ from tests.scenes import still_life_of
 
 WIDTH, HEIGHT = 120, 90
 CAMERA = workloads.camera(WIDTH, HEIGHT)
-TEXTURE = StrokeTexture.from_coverage(workloads.swirl(64))
+TEXTURE = bg.StrokeTexture.from_coverage(workloads.swirl(64))
 
 
 @pytest.fixture(scope="module")
 def boxes():
-    return project(workloads.strokes(250), CAMERA)
+    return bg.project(workloads.strokes(250), CAMERA)
 
 
 @pytest.fixture(scope="module")
@@ -64,9 +62,9 @@ def test_every_benchmark_can_be_imported():
 def test_the_painterly_filter_resembles_its_picture_and_does_not_flicker_by_itself():
     """Figures of the sequences that are compared with it mean something only then."""
     camera = still_life_camera(width=96, height=72)
-    frame = render(still_life_of(5000), camera, StrokeTexture.open("gaussian"), depth=False)
+    frame = bg.render(still_life_of(5000), camera, bg.StrokeTexture.open("gaussian"), depth=False)
     plain = np.clip(frame.over((1, 1, 1)), 0, 1)
-    texture = StrokeTexture.open("dry_brush")
+    texture = bg.StrokeTexture.open("dry_brush")
     one, two = (painterly.paint_image(plain, texture, num_strokes=1000, num_threads=n) for n in (1, 2))
     assert rmse(one.over((1, 1, 1)), plain) < 0.06  # measured: 25.1 dB
     assert one.rgb.tobytes() == two.rgb.tobytes()

@@ -8,15 +8,18 @@ from brushgs.options.direction import Direction
 from tests.kit.for_each import for_each
 
 
-@for_each("text", ["own", "form", "color", "painting:a/b.png", "guides:C:/lines.obj"])
-def test_a_direction_and_its_text(text):
-    assert str(Direction.of(text)) == text
-
-
-def test_parts_of_a_direction():
-    assert Direction.of("guides:a:b.obj") == Direction("guides", Path("a:b.obj"))
-    assert Direction.of("color") == Direction("color")
-    assert Direction() == Direction.of("form")
+@for_each(
+    ("text", "direction"),
+    [
+        ("own", Direction("own")),
+        ("form", Direction()),
+        ("color", Direction("color")),
+        ("painting:a/b.png", Direction("painting", Path("a/b.png"))),
+        ("guides:C:/lines.obj", Direction("guides", Path("C:/lines.obj"))),
+    ],
+)
+def test_a_direction_and_its_text(text, direction):
+    assert (Direction.of(text), str(direction)) == (direction, text)
 
 
 @for_each(

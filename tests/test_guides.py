@@ -12,7 +12,6 @@ import brushgs as bg
 from brushgs.cli import main
 from brushgs.cli.parser import COMMANDS as NAMES
 from brushgs.formats.pictures.images import write_frame
-from brushgs.values.frame import Frame
 from brushgs.values.style import StyleEdit
 from tests.clips import save_clip
 from tests.io.moving.clips import encode_splatv, spacetime_columns
@@ -83,12 +82,12 @@ def folder(tmp_path_factory):
     marks = np.random.default_rng(0).random((96, 128, 3)).astype(np.float32)
     marks[:, ::4] = marks[:, :1]
     for name in PAINTINGS:
-        write_frame(Frame(marks, np.ones(marks.shape[:2], np.float32)), path / name, (1, 1, 1))
+        write_frame(bg.Frame(marks, np.ones(marks.shape[:2], np.float32)), path / name, (1, 1, 1))
     ink = np.zeros((24, 64), np.float32)
     ink[6:18, 6:58] = 1
-    write_frame(Frame(np.zeros((24, 64, 3), np.float32), ink), path / "my_brush.png")
+    write_frame(bg.Frame(np.zeros((24, 64, 3), np.float32), ink), path / "my_brush.png")
     light = np.tile(np.linspace(0, 1, 48, dtype=np.float32), (36, 1))
-    write_frame(Frame(np.repeat(light[..., None], 3, axis=2), np.ones_like(light)), path / "mask.png")
+    write_frame(bg.Frame(np.repeat(light[..., None], 3, axis=2), np.ones_like(light)), path / "mask.png")
     for name in ("monet", "dusk"):
         bg.save_style(bg.Style(name, edit=StyleEdit(0.7 * np.eye(3, 4))), path / f"{name}.style")
     bg.save_style(bg.Style("styled", edit=StyleEdit(0.7 * np.eye(3, 4))), path / "styled.style")

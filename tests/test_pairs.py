@@ -12,7 +12,3 @@ def test_every_pair_of_values_is_in_a_case():
     assert set(cases) <= set(product(*axes))
     for (i, first), (j, second) in combinations(enumerate(axes), 2):
         assert {(case[i], case[j]) for case in cases} == set(product(first, second))
-
-
-def test_two_axes_are_their_product():
-    assert sorted(pairs_of("ab", "cd")) == [("a", "c"), ("a", "d"), ("b", "c"), ("b", "d")]

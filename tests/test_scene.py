@@ -10,34 +10,31 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
+import brushgs as bg
 from brushgs.core.threads import at_most
-from brushgs.values.boxes import Boxes
-from brushgs.values.camera import Camera
-from brushgs.values.frame import Frame
-from brushgs.values.gaussians import Gaussians
 from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
 
 N = 6
 
 
-def gaussians(dtype=np.float32, terms: int = 4) -> Gaussians:
+def gaussians(dtype=np.float32, terms: int = 4) -> bg.Gaussians:
     return random_gaussians(N, terms=terms, dtype=dtype)
 
 
-def boxes(dtype=np.float32) -> Boxes:
+def boxes(dtype=np.float32) -> bg.Boxes:
     g = np.random.default_rng(0)
     shapes = ((N, 2), (N, 2), (N,), (N,), (N, 3), (N,))
     columns = [g.uniform(0, 1, shape).astype(dtype) for shape in shapes]
     columns[3].sort()
     softness, setbacks = (g.uniform(0, 1, N).astype(dtype) for _ in range(2))
     reliefs = g.uniform(0, 1, (N, 2)).astype(dtype)
-    return Boxes(*columns, np.arange(N, dtype=np.int32), softness, setbacks, reliefs=reliefs)
+    return bg.Boxes(*columns, np.arange(N, dtype=np.int32), softness, setbacks, reliefs=reliefs)
 
 
-def camera(**changes) -> Camera:
+def camera(**changes) -> bg.Camera:
     K = [[100, 0, 40], [0, 90, 30], [0, 0, 1]]
-    return Camera(**{"viewmat": np.eye(4), "K": K, "width": 80, "height": 60} | changes)
+    return bg.Camera(**{"viewmat": np.eye(4), "K": K, "width": 80, "height": 60} | changes)
 
 
 def changed(column: np.ndarray, row: int, value) -> np.ndarray:
@@ -197,10 +194,10 @@ def test_cameras_that_are_none_are_refused(change, message):
 )
 def test_look_at_refuses_what_gives_no_view(change, message):
     with refused(ValueError, f"Camera: {message}"):
-        Camera.look_at(**{"eye": (1, 2, 3), "target": (0, 0, 0), "width": 8, "height": 6} | change)
+        bg.Camera.look_at(**{"eye": (1, 2, 3), "target": (0, 0, 0), "width": 8, "height": 6} | change)
 
 
-def pixel_of(value: Camera, point) -> np.ndarray:
+def pixel_of(value: bg.Camera, point) -> np.ndarray:
     """(x, y) in pixels and z of a point in the world."""
     x, y, z = value.viewmat[:3, :3] @ point + value.viewmat[:3, 3]
     return np.array([*(value.K[:2, :2] @ (x / z, y / z) + value.K[:2, 2]), z])
@@ -208,7 +205,7 @@ def pixel_of(value: Camera, point) -> np.ndarray:
 
 def test_look_at_puts_the_target_in_the_middle_and_up_upwards():
     eye, target = np.array([3.0, -2, 5]), np.array([0.5, 0, 1])
-    value = Camera.look_at(eye, target, up=(0, 1, 0), width=200, height=100, fov_y=np.radians(60))
+    value = bg.Camera.look_at(eye, target, up=(0, 1, 0), width=200, height=100, fov_y=np.radians(60))
     distance = np.linalg.norm(eye - target)
     np.testing.assert_allclose(pixel_of(value, target), (100, 50, distance), atol=1e-12)
     np.testing.assert_allclose(value.position, eye, atol=1e-12)
@@ -231,7 +228,7 @@ def test_look_at_is_a_rotation_whatever_the_direction(seed, lean, unit):
     """
     g = np.random.default_rng(seed)
     eye, forward = g.normal(size=3), g.normal(size=3)
-    value = Camera.look_at(
+    value = bg.Camera.look_at(
         eye * unit, (eye + forward) * unit, up=(forward + lean * g.normal(size=3)) * unit, width=4, height=4
     )
     rotation = value.viewmat[:3, :3]
@@ -239,7 +236,7 @@ def test_look_at_is_a_rotation_whatever_the_direction(seed, lean, unit):
     assert np.linalg.det(rotation) > 0
     np.testing.assert_allclose(rotation[2], forward / np.linalg.norm(forward), atol=1e-8)
     axis = np.sign(forward[0]) * np.eye(3)[seed % 3]
-    along = Camera.look_at(-5 * axis, (0, 0, 0), up=axis, width=40, height=30)
+    along = bg.Camera.look_at(-5 * axis, (0, 0, 0), up=axis, width=40, height=30)
     np.testing.assert_allclose(pixel_of(along, np.zeros(3)), (20, 15, 5), atol=1e-12)
 
 
@@ -259,7 +256,7 @@ def test_resizing_keeps_the_vertical_field_of_view_and_the_middle():
 
 def test_a_frame_lies_over_a_color_or_a_picture():
     alpha = np.array([[0.0, 0.25, 1.0]])
-    frame = Frame(alpha[..., None] * np.array([0.2, 0.4, 0.8]), alpha)
+    frame = bg.Frame(alpha[..., None] * np.array([0.2, 0.4, 0.8]), alpha)
     over = frame.over((1, 1, 0))
     np.testing.assert_allclose(over[0], [[1, 1, 0], [0.8, 0.85, 0.2], [0.2, 0.4, 0.8]])
     ground = np.random.default_rng(0).uniform(0, 1, (1, 3, 3))
@@ -268,7 +265,7 @@ def test_a_frame_lies_over_a_color_or_a_picture():
     np.testing.assert_array_equal(frame.bytes_over("white"), frame.bytes_over((1, 1, 1)))
     with refused(ValueError, "a color must be '#rrggbb' or one of white, black"):
         frame.over("redish")
-    single = Frame(frame.rgb.astype(np.float32), alpha.astype(np.float32))
+    single = bg.Frame(frame.rgb.astype(np.float32), alpha.astype(np.float32))
     assert single.over((0, 0, 0)).dtype == np.float32
 
 
@@ -276,7 +273,7 @@ def test_a_frame_lies_over_a_color_or_a_picture():
 @for_each("num_threads", [1, 3])
 def test_bytes_are_rounded_the_same_by_any_number_of_threads(num_threads, dtype):
     rng = np.random.default_rng(1)
-    frame = Frame(
+    frame = bg.Frame(
         rng.uniform(-0.1, 1.1, (190, 201, 3)).astype(dtype), rng.uniform(0, 1, (190, 201)).astype(dtype)
     )
     for background in ((1, 0.5, 0), rng.uniform(0, 1, (190, 201, 3))):
@@ -309,7 +306,7 @@ def test_whole_numbers_are_taken_where_numbers_are_meant():
     assert (value.brushes.dtype, value.ids.dtype) == (np.uint8, np.int32)
     assert value.brushes.tolist() == value.ids.tolist() == list(range(N))
     ones = np.ones((3, 3), int)
-    only = Gaussians(np.eye(3, dtype=int), [[1, 0, 0, 0]] * 3, ones, [1, 1, 1], [[[0] * 3]] * 3)
+    only = bg.Gaussians(np.eye(3, dtype=int), [[1, 0, 0, 0]] * 3, ones, [1, 1, 1], [[[0] * 3]] * 3)
     assert only.scales.dtype == np.float32
     with refused(ValueError, "Gaussians: brushes must lie in 0 to 255, got 256 to 261"):
         replace(source, brushes=np.arange(N) + 256)
@@ -362,7 +359,7 @@ def half_painted():
     """Red at half opacity, solid green, nothing; and a color above 1."""
     alpha = np.array([[0.5, 1, 0, 1]], np.float32)
     straight = np.array([[[1, 0, 0], [0, 1, 0], [0, 0, 0], [0.25, 2, 0]]], np.float32)
-    return Frame(straight * alpha[..., None], alpha)
+    return bg.Frame(straight * alpha[..., None], alpha)
 
 
 def test_a_frame_is_an_array_of_rgba(half_painted):
@@ -388,7 +385,7 @@ def shown(frame):
 
 def test_a_notebook_shows_a_frame_as_it_is(half_painted):
     np.testing.assert_array_equal(shown(half_painted), np.asarray(half_painted, np.uint8))
-    solid = Frame(half_painted.rgb, np.ones_like(half_painted.alpha))
+    solid = bg.Frame(half_painted.rgb, np.ones_like(half_painted.alpha))
     np.testing.assert_array_equal(shown(solid), solid.bytes_over("black"))
 
 
@@ -397,11 +394,11 @@ def test_joined_gaussians_have_the_columns_of_the_first():
 
     def some(num, terms, dtype, **more):
         columns = [rng.random(shape).astype(dtype) for shape in ((num, 3), (num, 4), (num, 3), (num,))]
-        return Gaussians(*columns, rng.random((num, terms, 3)).astype(dtype), **more)
+        return bg.Gaussians(*columns, rng.random((num, terms, 3)).astype(dtype), **more)
 
     first = some(2, 4, np.float32, brushes=np.uint8([1, 2]), ids=np.int32([7, 8]))
     bare, other = some(3, 1, np.float64), some(1, 9, np.float32, ids=np.int32([9]))
-    joined = Gaussians.joined([first, bare, other])
+    joined = bg.Gaussians.joined([first, bare, other])
     assert len(joined) == 6
     assert joined.means.dtype == np.float32
     np.testing.assert_array_equal(joined.means[2:5], bare.means.astype(np.float32))
@@ -411,5 +408,5 @@ def test_joined_gaussians_have_the_columns_of_the_first():
     np.testing.assert_array_equal(joined.sh[5], other.sh[0, :4])
     assert joined.brushes.tolist() == [1, 2, 0, 0, 0, 0]
     assert joined.ids.tolist() == [7, 8, -1, -1, -1, 9]  # these rest
-    assert Gaussians.joined([bare, first]).ids is None
-    np.testing.assert_array_equal(Gaussians.joined([first]).means, first.means)
+    assert bg.Gaussians.joined([bare, first]).ids is None
+    np.testing.assert_array_equal(bg.Gaussians.joined([first]).means, first.means)
