@@ -9,6 +9,7 @@ from brushgs.options.scene_source import SceneSource
 from brushgs.pipeline.clip import Clip
 from brushgs.values.quats import quat_products, rotation_matrices
 from tests.passes.scenes import gaussians_at
+from tests.scenes import save_upright
 
 DURATION = 4 / 24  # seconds: five frames of a folder
 NUM_WALL, NUM_BODY = 220, 120
@@ -53,10 +54,7 @@ def save_clip(folder):
     folder.mkdir()
     scene = moving_scene()
     for index in range(5):
-        path = folder / f"frame_{index}.ply"
-        bg.save(scene.at(index / 24), path)
-        content = path.read_bytes()
-        path.write_bytes(content.replace(b"element vertex", b"comment up axis: -y\nelement vertex", 1))
+        save_upright(scene.at(index / 24), folder / f"frame_{index}.ply")
     return folder
 
 

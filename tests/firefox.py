@@ -79,17 +79,8 @@ def firefox(tmp_path_factory):
     (profile / "user.js").write_text("\n".join(lines))
     with ExitStack() as stack:
         screen = stack.enter_context(_screen())
-        words = [
-            FIREFOX,
-            "--marionette",
-            "--no-remote",
-            "--width",
-            "320",
-            "--height",
-            "300",
-            "--profile",
-            profile,
-        ]
+        words = [FIREFOX, "--marionette", "--no-remote", "--profile", profile, "--width", "320"]
+        words += ["--height", "300"]
         environment = os.environ | {"DISPLAY": screen, "HOME": str(profile), "LIBGL_ALWAYS_SOFTWARE": "1"}
         process = subprocess.Popen(words, env=environment, **_silent())
         stack.enter_context(process)

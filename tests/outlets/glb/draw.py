@@ -5,6 +5,7 @@ smaller than the pixels, alpha is the mean over several places of a pixel.
 """
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 SAMPLES = 3  # along each side of a pixel
 
@@ -60,7 +61,9 @@ def _paint(rgba, corners, uv, color, texture, half, near):
         is_inside = (c > 0) & (s > 0) & (s < 1) & (t > 0) & (t < 1)
     u = uv[0, 0] + (uv[1, 0] - uv[0, 0]) * np.where(is_inside, s, 0)
     v = uv[0, 1] + (uv[3, 1] - uv[0, 1]) * np.where(is_inside, t, 0)
-    texels = color * _sample(texture, u, v)  # in linear light, as the colors of vertices are
+    at = v * texture.shape[0] - 0.5, u * texture.shape[1] - 0.5
+    planes = [map_coordinates(plane, at, order=1, mode="nearest") for plane in np.moveaxis(texture, 2, 0)]
+    texels = color * np.stack(planes, axis=-1)  # in linear light, as the colors of vertices are
     alpha = np.where(is_inside, texels[..., 3], 0)[..., None]
     layer = alpha * np.append(encoded(texels[..., :3]), np.ones_like(alpha), axis=2)
     layer, alpha = (
@@ -68,17 +71,6 @@ def _paint(rgba, corners, uv, color, texture, half, near):
         for whole in (layer, alpha)
     )
     rgba[rows, columns] = layer + (1 - alpha) * rgba[rows, columns]
-
-
-def _sample(texture, u, v):
-    height, width = texture.shape[:2]
-    x, y = u * width - 0.5, v * height - 0.5
-    x0, y0 = np.floor(x).astype(int), np.floor(y).astype(int)
-    fx, fy = (x - x0)[..., None], (y - y0)[..., None]
-    x1, y1 = np.minimum(x0 + 1, width - 1), np.minimum(y0 + 1, height - 1)
-    above = texture[y0, x0] * (1 - fx) + texture[y0, x1] * fx
-    below = texture[y1, x0] * (1 - fx) + texture[y1, x1] * fx
-    return above * (1 - fy) + below * fy
 
 
 def encoded(linear):

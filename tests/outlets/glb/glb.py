@@ -6,6 +6,7 @@ import struct
 
 import numpy as np
 from PIL import Image
+from scipy.spatial.transform import Rotation
 
 TYPES = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -73,12 +74,7 @@ class Glb:
 
 
 def local_matrix(node):
-    x, y, z, w = node.get("rotation", (0, 0, 0, 1))
     matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
+    matrix[:3, :3] = Rotation.from_quat(node.get("rotation", (0, 0, 0, 1))).as_matrix()
     matrix[:3, 3] = node.get("translation", (0, 0, 0))
     return matrix

@@ -2,16 +2,8 @@
 
 from brushgs.outlets.page.html import script_beginning, web_text
 
-SCRIPTS = (
-    "container.js",
-    "matrix.js",
-    "camera.js",
-    "orbit.js",
-    "pick.js",
-    "controls.js",
-    "camera_file.js",
-    "pace.js",
-)
+SCRIPTS = ("container.js", "matrix.js", "camera.js", "orbit.js", "pick.js", "controls.js")
+SCRIPTS += ("camera_file.js", "pace.js")
 HOOK = """
 window.kit = { PageCamera, Orbit, Controls, Pace, pointOnRay, cameraFile, commandLine, shellQuoted };
 window.kit.facts = (camera) => ({ ...camera, viewmat: [...camera.viewmat] });

@@ -146,13 +146,8 @@ def studio_script(more="", **constants):
 
 def camera_facts(camera):
     """A camera as it stands in the header."""
-    return {
-        "viewmat": camera.viewmat.ravel().tolist(),
-        "K": camera.K.ravel().tolist(),
-        "width": camera.width,
-        "height": camera.height,
-        "near": camera.near,
-    }
+    facts = {name: getattr(camera, name) for name in ("width", "height", "near")}
+    return facts | {name: getattr(camera, name).ravel().tolist() for name in ("viewmat", "K")}
 
 
 def painting_of(strokes, texture, *, coat=None, surface=None, lamp=None, **options):

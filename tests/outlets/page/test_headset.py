@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import brushgs as bg
 from brushgs.outlets.page.container import write_container
@@ -61,38 +62,26 @@ class Head:
     roll: float = 0.0
 
     @property
-    def quaternion(self):
-        """x, y, z, w as in WebXR."""
-        y, z = np.radians([self.yaw, self.roll]) / 2
-        return [np.sin(y) * np.sin(z), np.sin(y) * np.cos(z), np.cos(y) * np.sin(z), np.cos(y) * np.cos(z)]
-
-    @property
-    def rotation(self):
-        """[3, 3] room from head."""
-        y, z = np.radians([self.yaw, self.roll])
-        around_y = [[np.cos(y), 0, np.sin(y)], [0, 1, 0], [-np.sin(y), 0, np.cos(y)]]
-        around_z = [[np.cos(z), -np.sin(z), 0], [np.sin(z), np.cos(z), 0], [0, 0, 1]]
-        return np.array(around_y) @ around_z
+    def turn(self):
+        """Room from head."""
+        return Rotation.from_euler("YZ", (self.yaw, self.roll), degrees=True)
 
 
 def projection_of(eye):
     """[4, 4] clip from view, of the left (0) or right eye."""
     left, right = (-OUTER, INNER) if eye == 0 else (-INNER, OUTER)
     near, far = 0.05, 1000.0
-    return np.array(
-        [
-            [2 / (right - left), 0, (right + left) / (right - left), 0],
-            [0, 2 / (ABOVE + BELOW), (ABOVE - BELOW) / (ABOVE + BELOW), 0],
-            [0, 0, -(far + near) / (far - near), -2 * far * near / (far - near)],
-            [0, 0, -1, 0],
-        ]
-    )
+    clip = np.zeros((4, 4))
+    clip[0, [0, 2]] = 2 / (right - left), (right + left) / (right - left)
+    clip[1, [1, 2]] = 2 / (ABOVE + BELOW), (ABOVE - BELOW) / (ABOVE + BELOW)
+    clip[2, 2:] = -(far + near) / (far - near), -2 * far * near / (far - near)
+    clip[3, 2] = -1
+    return clip
 
 
 def seen_at(point, head, eye):
     """[x, y] pixels of an eye from its upper left corner, of a point in the room: what WebXR says."""
-    offset = head.rotation @ [(-0.5 if eye == 0 else 0.5) * IPD, 0, 0]
-    view = head.rotation.T @ (np.asarray(point) - head.place - offset)
+    view = head.turn.inv().apply(np.asarray(point) - head.place) - [(eye - 0.5) * IPD, 0, 0]
     clip = projection_of(eye) @ [*view, 1]
     return (clip[:2] / clip[3] * [1, -1] + 1) / 2 * [WIDTH, HEIGHT]
 
@@ -128,7 +117,7 @@ class Visit(Studio):
         self.time += after
         text = self.page.evaluate(
             "([time, place, turn]) => device.frame(time, place, turn)",
-            [self.time, list(head.place), list(head.quaternion)],
+            [self.time, list(head.place), head.turn.as_quat().tolist()],  # x, y, z, w,
         )
         flat = np.frombuffer(base64.b64decode(text), np.uint8).reshape(HEIGHT, 2, WIDTH, 4)
         return flat[::-1].swapaxes(0, 1) / 255

@@ -20,13 +20,8 @@ from tests.outlets.page.studio import encoded
 
 COPY = ["clipboard-read", "clipboard-write"]
 CALM = {"reduced_motion": "reduce"}
-CONFIG = PaintConfig.of(
-    {
-        "cluster": {"strokes": 90},
-        "view": {"size": (160, 120)},
-        "draw": {"lock": "canonical", "order": "depth"},
-    }
-)
+CONFIG = {"cluster": {"strokes": 90}, "view": {"size": (160, 120)}}
+CONFIG = PaintConfig.of(CONFIG | {"draw": {"lock": "canonical", "order": "depth"}})
 
 
 @pytest.fixture(scope="module")
@@ -34,16 +29,9 @@ def moving(tmp_path_factory):
     """A painting of a clip, and the contents of its page."""
     clip = clip_of(save_clip(tmp_path_factory.mktemp("clip") / "frames"))
     ready = prepare(clip, CONFIG, Report(), asks=(*PICTURE, "first_view"))
-    contents = page_contents(
-        ready.painting,
-        ready.camera,
-        view=view_of(ready, CONFIG),
-        title="a body",
-        command=("frames", ()),
-        background=(1, 1, 1),
-        motion=PageMotion.of(ready.moving),
-    )
-    return ready, contents
+    more = {"title": "a body", "command": ("frames", ()), "background": (1, 1, 1)}
+    more |= {"view": view_of(ready, CONFIG), "motion": PageMotion.of(ready.moving)}
+    return ready, page_contents(ready.painting, ready.camera, **more)
 
 
 def test_strokes_are_where_render_has_them(studio, moving):

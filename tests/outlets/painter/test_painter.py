@@ -515,15 +515,14 @@ def test_what_is_no_brush_is_refused_in_words(painter, tmp_path):
     (tmp_path / "odd.png").write_bytes(b"no picture at all")
     write_image(tmp_path / "empty.png", np.zeros((8, 8, 4)))
     write_image(tmp_path / "large.png", np.zeros((5000, 4000, 1)))
-    for name, words in (
-        ("odd", "is no picture"),
-        ("empty", "is fully transparent"),
-        ("large", "has 20 megapixels"),
-    ):
+    notice = "document.getElementById('notice').textContent"
+    for name, words in {
+        "odd": "is no picture",
+        "empty": "is fully transparent",
+        "large": "has 20 meg",
+    }.items():
         painter.set_input_files("#dropFile", tmp_path / f"{name}.png")
-        wait_until(
-            painter, f"document.getElementById('notice').textContent.startsWith('{name}.png: {words}')"
-        )
+        wait_until(painter, f"{notice}.startsWith('{name}.png: {words}')")
     assert painter.evaluate("window.brushgs.dropping._brush") is None
 
 

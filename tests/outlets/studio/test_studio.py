@@ -71,6 +71,8 @@ class FakeSession:
         return path
 
     def film(self, painted, film, report):
+        if self.error is not None:
+            raise self.error
         with report.stage("paint", total=3):
             self.began["film"].set()
             for _ in range(3):
@@ -181,6 +183,14 @@ def test_a_change_does_not_wait_for_a_video(session, studio):
     session.stages["film"].set()
     assert studio.wait(SECONDS)
     assert studio.output(key).name == "film.mp4"
+
+
+def test_a_video_that_fails_is_told(session, studio):
+    session.error = ValueError("a path must have at least 2 different key views")
+    key = studio.film(FILM)
+    assert studio.wait(SECONDS)
+    (output,) = studio.state()["outputs"]
+    assert (output["state"], output["error"], studio.output(key)) == ("failed", str(session.error), None)
 
 
 def test_outputs_can_be_stopped_while_they_wait_and_run_and_are_not_too_many(session, studio):

@@ -99,7 +99,8 @@ def test_a_video_through_marked_views(viewed, tmp_path):
     page.click("#film")
     until(page, "document.querySelector('#output').open")
     assert (tmp_path / "pears-oil-1.mp4").stat().st_size > 0
-    assert page.evaluate("document.querySelector('#output video').src").startswith("blob:")
+    kind = "fetch(document.querySelector('#output video').src).then((r) => r.blob()).then((b) => b.type)"
+    assert page.evaluate(kind) == "video/mp4"
 
 
 def test_a_dropped_picture_paints_and_is_shown_where_it_may_be_dropped(viewed, tmp_path):

@@ -48,16 +48,8 @@ def test_files_and_regions_that_the_command_line_names_may_be_asked_for(scene, t
     with pytest.raises(ValueError, match="mask: reads files"):
         read_where("mask:b.png", given)
     rules = tmp_path / "rules.toml"
-    rules.write_text(
-        """
-        camera_file = "cameras.json"
-        [[region]]
-        name = "left"
-        where = "half:-1,0,0,0"
-        [[region]]
-        where = "sphere:9,9,9,1 or surroundings"
-        """
-    )
+    text = 'camera_file = "cameras.json"\n[[region]]\nname = "left"\nwhere = "half:-1,0,0,0"\n'
+    rules.write_text(text + '[[region]]\nwhere = "sphere:9,9,9,1 or surroundings"\n')
     painted = paint(scene, "--rules", rules)
     assert header_of(painted.contents)["regions"] == ["left", "region 2"]
     first, second = given_in(painted.config)
