@@ -19,14 +19,9 @@ def run(scene, tmp_path):
     (tmp_path / "a.ply").symlink_to(scene)
 
     def run(words, redirection):
-        found = subprocess.run(
-            ["sh", "-c", f"{{ '{sys.executable}' -m brushgs {words}; echo $? > code; }} {redirection}"],
-            cwd=tmp_path,
-            env=os.environ | {"PYTHONPATH": str(ROOT)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        words = f"{{ '{sys.executable}' -m brushgs {words}; echo $? > code; }} {redirection}"
+        how = {"cwd": tmp_path, "env": os.environ | {"PYTHONPATH": str(ROOT)}, "capture_output": True}
+        found = subprocess.run(["sh", "-c", words], **how, text=True, check=False)
         return int((tmp_path / "code").read_text()), found.stdout, found.stderr
 
     return run
