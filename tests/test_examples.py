@@ -57,41 +57,22 @@ def is_a_picture(path, width, height):
     return pixels.shape[:2] == (height, width) and float(pixels[..., :3].std()) > 0.02
 
 
+PICTURES = {"still_life.jpg": (250, 187), "looks.jpg": (326, 156), "strokes.jpg": (318, 430)}
+PICTURES |= {"options.jpg": (312, 222), "styles.jpg": (418, 222), "layers.jpg": (372, 252)}
+PICTURES |= dict.fromkeys(("grow.webp", "sway.webp", "film.webp"), (120, 90))
+PICTURES |= dict.fromkeys(("hold.webp", "boil.webp", "redraw.webp"), (80, 60))
 RUN = {  # name -> words, without the folder to write to; what is written there, and how large
-    "ten_lines.py": ([], {"swirl.png": (800, 600)}),
+    "ten_lines.py": ("", {"swirl.png": (800, 600)}),
     "paint_still_life.py": (
-        ["flat", "ink", "--strokes", 300, "--size", 96, 72, "-o"],
+        "flat ink --strokes 300 --size 96 72 -o",
         {"flat.png": (96, 72), "ink.png": (96, 72)},
     ),
-    "paint_over.py": ([], {"paint_over.jpg": (720, 540)}),
-    "contact_sheet.py": (
-        ["--width", 64, "--counts", 50, 200, "--strokes", "ellipse", "dab", "-o"],
-        {"sheet.png": (128, 96)},
-    ),
-    "plain_3dgs.py": (
-        ["--frames", 2, "--size", 80, 60, "-o"],
-        {"plain_0.png": (80, 60), "plain_1.png": (80, 60)},
-    ),
-    "make_pictures.py": (
-        ["--frames", 3, "--quick", "-o"],
-        {
-            "still_life.jpg": (250, 187),
-            "looks.jpg": (326, 156),
-            "strokes.jpg": (318, 430),
-            "options.jpg": (312, 222),
-            "styles.jpg": (418, 222),
-            "layers.jpg": (372, 252),
-            **dict.fromkeys(("grow.webp", "sway.webp", "film.webp"), (120, 90)),
-            **dict.fromkeys(("hold.webp", "boil.webp", "redraw.webp"), (80, 60)),
-        },
-    ),
+    "paint_over.py": ("", {"paint_over.jpg": (720, 540)}),
+    "contact_sheet.py": ("--width 64 --counts 50 200 --strokes ellipse dab -o", {"sheet.png": (128, 96)}),
+    "plain_3dgs.py": ("--frames 2 --size 80 60 -o", {"plain_0.png": (80, 60), "plain_1.png": (80, 60)}),
+    "make_pictures.py": ("--frames 3 --quick -o", PICTURES),
 }
-APART = {
-    "moving_still_life.py",
-    "film.py",
-    "page_screenshots.py",
-    "blender_addon.py",
-}  # by tests of their own
+APART = {"moving_still_life.py", "film.py", "page_screenshots.py", "blender_addon.py"}  # by own tests
 
 
 def test_every_example_is_run_by_this_file():
@@ -102,7 +83,7 @@ def test_every_example_is_run_by_this_file():
 def test_an_example_writes_its_pictures(name, tmp_path, monkeypatch, capfd):
     words, pictures = RUN[name]
     target = tmp_path / "sheet.png" if name == "contact_sheet.py" else tmp_path
-    run(name, *words, target, monkeypatch=monkeypatch, num_gaussians=1000)
+    run(name, *words.split(), target, monkeypatch=monkeypatch, num_gaussians=1000)
     for picture, size in pictures.items():
         assert is_a_picture(tmp_path / picture, *size), picture
     assert capfd.readouterr().err == ""  # no progress bar in a pipe

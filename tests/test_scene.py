@@ -348,6 +348,9 @@ def test_a_sum_of_gaussians_loses_nothing():
         assert both.ids.tolist()[ours] == [-1] * N
         assert both.ids.tolist()[theirs] == list(range(N))
     assert (plain + plain).brushes is None
+    first = bg.Gaussians.joined([plain, rich, plain])  # the columns of the first
+    assert (len(first), first.sh_degree, first.means.dtype, first.ids) == (3 * N, 0, np.float32, None)
+    np.testing.assert_array_equal(first.sh[N : 2 * N], rich.sh[:, :1].astype(np.float32))
     with refused(ValueError, "Gaussians: both must be antialiased, or neither"):
         plain + replace(plain, antialiased=True)
     with pytest.raises(TypeError, match="unsupported operand"):
@@ -387,26 +390,3 @@ def test_a_notebook_shows_a_frame_as_it_is(half_painted):
     np.testing.assert_array_equal(shown(half_painted), np.asarray(half_painted, np.uint8))
     solid = bg.Frame(half_painted.rgb, np.ones_like(half_painted.alpha))
     np.testing.assert_array_equal(shown(solid), solid.bytes_over("black"))
-
-
-def test_joined_gaussians_have_the_columns_of_the_first():
-    rng = np.random.default_rng(0)
-
-    def some(num, terms, dtype, **more):
-        columns = [rng.random(shape).astype(dtype) for shape in ((num, 3), (num, 4), (num, 3), (num,))]
-        return bg.Gaussians(*columns, rng.random((num, terms, 3)).astype(dtype), **more)
-
-    first = some(2, 4, np.float32, brushes=np.uint8([1, 2]), ids=np.int32([7, 8]))
-    bare, other = some(3, 1, np.float64), some(1, 9, np.float32, ids=np.int32([9]))
-    joined = bg.Gaussians.joined([first, bare, other])
-    assert len(joined) == 6
-    assert joined.means.dtype == np.float32
-    np.testing.assert_array_equal(joined.means[2:5], bare.means.astype(np.float32))
-    np.testing.assert_array_equal(joined.sh[:2], first.sh)
-    np.testing.assert_array_equal(joined.sh[2:5, 0], bare.sh[:, 0].astype(np.float32))
-    assert not joined.sh[2:5, 1:].any()
-    np.testing.assert_array_equal(joined.sh[5], other.sh[0, :4])
-    assert joined.brushes.tolist() == [1, 2, 0, 0, 0, 0]
-    assert joined.ids.tolist() == [7, 8, -1, -1, -1, 9]  # these rest
-    assert bg.Gaussians.joined([bare, first]).ids is None
-    np.testing.assert_array_equal(bg.Gaussians.joined([first]).means, first.means)
