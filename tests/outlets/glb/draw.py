@@ -13,13 +13,9 @@ SAMPLES = 3  # along each side of a pixel
 def picture_of(glb, width, height):
     """[h, w, 4] premultiplied color and alpha, from the camera of the file."""
     rgba = np.zeros((height, width, 4))
-    ((node, camera),) = [
-        (number, glb.top["cameras"][one["camera"]])
-        for number, one in enumerate(glb.top["nodes"])
-        if "camera" in one
-    ]
+    (node,) = [number for number, one in enumerate(glb.top["nodes"]) if "camera" in one]
     to_camera = np.linalg.inv(glb.world_matrices()[node])
-    lens = camera["perspective"]
+    lens = glb.top["cameras"][glb.top["nodes"][node]["camera"]]["perspective"]
     half = np.tan(lens["yfov"] / 2) * np.array([lens["aspectRatio"], 1.0])
     texture = glb.image() / 255
     texture[..., :3] = _linear(texture[..., :3])
@@ -49,12 +45,9 @@ def _paint(rgba, corners, uv, color, texture, half, near):
     place = (np.arange(SAMPLES) + 0.5) / SAMPLES
     py = (np.arange(rows.start, rows.stop)[:, None] + place).reshape(-1)
     px = (np.arange(columns.start, columns.stop)[:, None] + place).reshape(-1)
-    d = np.empty((len(py), len(px), 3))
-    d[..., 0], d[..., 1], d[..., 2] = (
-        (2 * px / width - 1) * half[0],
-        ((1 - 2 * py / height) * half[1])[:, None],
-        -1.0,
-    )
+    d = np.full((len(py), len(px), 3), -1.0)
+    d[..., 0] = (2 * px / width - 1) * half[0]
+    d[..., 1] = ((1 - 2 * py / height) * half[1])[:, None]
     a, b, c = np.moveaxis(d @ np.linalg.inv(plane).T, 2, 0)
     with np.errstate(divide="ignore", invalid="ignore"):
         s, t = a / c, b / c
@@ -75,9 +68,8 @@ def _paint(rgba, corners, uv, color, texture, half, near):
 
 def encoded(linear):
     """Display-encoded values of linear light, after IEC 61966-2-1."""
-    return np.where(
-        linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055
-    )
+    curve = 1.055 * np.maximum(linear, 1e-9) ** (1 / 2.4) - 0.055
+    return np.where(linear <= 0.0031308, 12.92 * linear, curve)
 
 
 def _linear(encoded):

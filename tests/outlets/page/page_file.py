@@ -105,11 +105,8 @@ def settle(page):
 
 def seen(page, header, width=320, height=240):
     """The `Camera` that an open page shows, for a picture of so many pixels."""
-    facts = page.evaluate(
-        "([w, h]) => { const c = brushgs.controls.camera(w, h); return { ...c, viewmat: [...c.viewmat] }; }",
-        [width, height],
-    )
-    return camera_of(facts, header)
+    script = "([w, h]) => { const c = brushgs.controls.camera(w, h); return {...c, viewmat: [...c.viewmat]} }"
+    return camera_of(page.evaluate(script, [width, height]), header)
 
 
 PIXELS = """() => {

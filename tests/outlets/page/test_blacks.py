@@ -36,21 +36,18 @@ def masses(seed):
 def test_blacks_of_a_picture_are_those_of_the_exact_renderer(browser):
     """But for tones that round to the other side of the threshold, 1 in 1000 pixels; measured: none."""
     with blank_tab(browser) as page:
-        _compare(Studio(page, HOOK))
-
-
-def _compare(studio):
-    camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), **SIZE)
-    for seed, least in ((0, 1e-3), (1, 6e-3), (2, 0.012)):
-        frame = masses(seed)
-        frame = bg.Frame(*(plane.astype(np.float32) for plane in (frame.rgb, frame.alpha, frame.depth)))
-        effect = Blacks(0.24, least, (0.1, 0.12, 0.2), (0.95, 0.9, 0.85))
-        exact = effect(frame, camera)
-        colors = np.dstack([frame.rgb, frame.alpha])
-        facts = {"threshold": 0.24, "leastArea": least, "ink": effect.ink, "paper": effect.paper}
-        given = [facts, *SIZE.values(), encoded(colors), encoded(frame.depth)]
-        text = studio.page.evaluate("a => studio.blacks(...a)", given)
-        found = decoded(text, np.float32).reshape(colors.shape)
-        off = np.abs(found - np.dstack([exact.rgb, exact.alpha])).max(axis=-1)
-        assert 0.02 < (exact.rgb[..., 0] < 0.5 * exact.alpha).mean() < 0.9
-        assert (off > 1e-3).mean() <= 1e-3
+        studio = Studio(page, HOOK)
+        camera = bg.Camera.look_at((0, 0, -5), (0, 0, 0), **SIZE)
+        for seed, least in ((0, 1e-3), (1, 6e-3), (2, 0.012)):
+            frame = masses(seed)
+            frame = bg.Frame(*(plane.astype(np.float32) for plane in (frame.rgb, frame.alpha, frame.depth)))
+            effect = Blacks(0.24, least, (0.1, 0.12, 0.2), (0.95, 0.9, 0.85))
+            exact = effect(frame, camera)
+            colors = np.dstack([frame.rgb, frame.alpha])
+            facts = {"threshold": 0.24, "leastArea": least, "ink": effect.ink, "paper": effect.paper}
+            given = [facts, *SIZE.values(), encoded(colors), encoded(frame.depth)]
+            text = studio.page.evaluate("a => studio.blacks(...a)", given)
+            found = decoded(text, np.float32).reshape(colors.shape)
+            off = np.abs(found - np.dstack([exact.rgb, exact.alpha])).max(axis=-1)
+            assert 0.02 < (exact.rgb[..., 0] < 0.5 * exact.alpha).mean() < 0.9
+            assert (off > 1e-3).mean() <= 1e-3

@@ -115,10 +115,8 @@ class Visit(Studio):
         """[2, H, W, 4] of the left and the right eye, in [0, 1], upper row first."""
         head = head or Head()
         self.time += after
-        text = self.page.evaluate(
-            "([time, place, turn]) => device.frame(time, place, turn)",
-            [self.time, list(head.place), head.turn.as_quat().tolist()],  # x, y, z, w,
-        )
+        pose = [self.time, list(head.place), head.turn.as_quat().tolist()]  # x, y, z, w
+        text = self.page.evaluate("([time, place, turn]) => device.frame(time, place, turn)", pose)
         flat = np.frombuffer(base64.b64decode(text), np.uint8).reshape(HEIGHT, 2, WIDTH, 4)
         return flat[::-1].swapaxes(0, 1) / 255
 

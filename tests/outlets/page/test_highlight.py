@@ -51,21 +51,14 @@ def paintings():
     wash = Coat("wash", strokes, flat, RenderOptions.of(flat), blend="glaze")
     marks = Coat("marks", halves(seed=3), flat, RenderOptions.of(flat), dry=0.6, tolerance=2.0)
     covered = Coat("smudge", halves(seed=4), flat, RenderOptions.of(flat))
-    return {
-        "plain": plain,
-        "lit": lit,
-        "glaze": Painting((wash,), board, None),
-        "dry": Painting((covered, marks), board, None),
-    }
+    glaze, dry = Painting((wash,), board, None), Painting((covered, marks), board, None)
+    return {"plain": plain, "lit": lit, "glaze": glaze, "dry": dry}
 
 
 def part(contents, region):
     """What `partOfRegion` makes of contents."""
-    columns = [
-        (contents.arrays[coat["arrays"]["region"]] == region).astype(int) * 255
-        for coat in contents.header["coats"]
-    ]
-    columns = [column.tolist() for column in columns]
+    regions = [contents.arrays[coat["arrays"]["region"]] for coat in contents.header["coats"]]
+    columns = [np.where(column == region, 255, 0).tolist() for column in regions]
     return {"columns": columns, "ground": int(region == 0), "region": region, "name": ""}
 
 

@@ -30,9 +30,8 @@ RUB = Rub((0.9, 0.85, 0.8), (0.1, 0.12, 0.2), (0.0, 0.2, 0.55, 0.9), 0.8, 0.7)
 def masses():
     """Hatched and plain tones between paper and black, on surfaces at several depths, with a bare corner."""
     y, x = (np.mgrid[: SIZE["height"], : SIZE["width"]] + 0.5) / max(SIZE.values())
-    tone = np.clip(
-        0.45 + 0.4 * np.sin(9 * x + 4 * y) + 0.5 * np.sign(np.sin(150 * x + 50 * y)) * (y < 0.5), 0, 1
-    )
+    hatching = 0.5 * np.sign(np.sin(150 * x + 50 * y)) * (y < 0.5)
+    tone = np.clip(0.45 + 0.4 * np.sin(9 * x + 4 * y) + hatching, 0, 1)
     alpha = np.clip(4 * (x + y) - 0.5, 0, 1)
     depth = np.where(alpha > 0, 5 + np.sin(5 * x) + (y > 0.6), 0)
     paper, black = np.array(RUB.paper), np.array(RUB.black)
@@ -65,9 +64,8 @@ def test_rubbed_tones_are_those_of_the_exact_renderer_and_nearly_so_at_half_reso
     whole = np.dstack([exact.rgb, exact.alpha])
     bare = replace(RUB, strength=0.0)(frame, camera, None)
     few = bg.Frame(halved(frame.rgb), halved(frame.alpha), frame.depth[::2, ::2])
-    less = replace(
-        camera, K=np.diag((0.5, 0.5, 1)) @ camera.K, width=SIZE["width"] // 2, height=SIZE["height"] // 2
-    )
+    half = {name: length // 2 for name, length in SIZE.items()}
+    less = replace(camera, K=np.diag((0.5, 0.5, 1)) @ camera.K, **half)
     with blank_tab(browser) as page:
         studio = Studio(page, HOOK)
         assert np.abs(rubbed(studio, frame, camera) - whole).max() < 1e-5

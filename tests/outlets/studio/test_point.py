@@ -31,9 +31,8 @@ def test_render_with_the_command_or_the_saved_file_paints_the_same(scene, tmp_pa
 
 
 def test_what_does_not_suit_the_command_line_is_refused(scene):
-    session, cameras = (
-        session_of(parse(["view", str(scene), *FEW, *more])) for more in ([], ["--camera-file", "c.json"])
-    )
+    given = [], ["--camera-file", "c.json"]
+    session, cameras = (session_of(parse(["view", str(scene), *FEW, *more])) for more in given)
     for one, settings, sentence in (
         (session, Settings(part="mask:/etc/passwd"), "mask: reads files, which a page must not name"),
         (cameras, Settings(azimuth=20), "--azimuth cannot be combined with --camera-file"),

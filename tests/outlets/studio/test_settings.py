@@ -57,9 +57,8 @@ def test_settings_become_overrides_and_flags():
     }
     words = "--look ink --strokes 300 --keep 0.5 --stroke own.png --relief 0.25 --lamp 90,45 --ground #336699"
     words += " --palette own.png --palette-strength 0.5 --focus=-1.5,0,2,0.25 --where sphere:0,0,0,1"
-    assert sorted(flags_of(settings, {"id1": "own.png"})) == sorted(
-        [*words.split(), "--up", "0,-1,0.25", "--azimuth=-20"]
-    )
+    words = [*words.split(), "--up", "0,-1,0.25", "--azimuth=-20"]
+    assert sorted(flags_of(settings, {"id1": "own.png"})) == sorted(words)
     shorter = read_settings({"strokeSize": 24, "palette": "none"}, KNOWN)
     assert overrides_of(shorter, KNOWN) == {"cluster.strokes": StrokeSize(24), "palette.file": None}
     assert flags_of(shorter, {}) == ["--stroke-size", "24px"]

@@ -36,19 +36,6 @@ class Held:
         self._ran.append(self)
 
 
-def test_tasks_run_one_after_the_other(lanes):
-    lane, ran = lanes(), []
-    held = [Held(ran) for _ in range(3)]
-    for task in held:
-        lane.submit(task)
-    assert held[0].began.wait(SECONDS)
-    assert not held[1].began.is_set()
-    for task in held:
-        task.goes_on.set()
-    assert lane.wait(seconds=SECONDS)
-    assert ran == held
-
-
 def test_a_lane_that_is_closed_leaves_its_work(lanes):
     lane, ran = lanes(), []
     running, waiting = Held(ran), Held(ran)
