@@ -21,12 +21,8 @@ def first_moment():
     g = np.random.default_rng(5)
     wall = np.column_stack([g.uniform(-1.5, 1.5, (NUM_WALL, 2)), g.normal(0.6, 0.02, NUM_WALL)])
     body = g.normal(0, (0.28, 0.16, 0.1), (NUM_BODY, 3)) - (0.45, 0, 0.4)
-    colors = np.concatenate(
-        [
-            0.35 + 0.25 * np.sin(3 * wall) @ np.eye(3),
-            np.where(body[:, :1] > -0.45, [[0.85, 0.15, 0.1]], [[0.1, 0.6, 0.2]]),
-        ]
-    )
+    of_body = np.where(body[:, :1] > -0.45, [[0.85, 0.15, 0.1]], [[0.1, 0.6, 0.2]])
+    colors = np.concatenate([0.35 + 0.25 * np.sin(3 * wall), of_body])
     scales = np.concatenate([np.full((NUM_WALL, 3), (0.2, 0.2, 0.02)), np.full((NUM_BODY, 3), 0.07)])
     return gaussians_at(np.concatenate([wall, body]), scales, colors, dtype=np.float32)
 

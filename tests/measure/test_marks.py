@@ -93,9 +93,8 @@ def test_marks_pinned_to_the_screen_slip_by_the_flow(drift):
     focal = camera_at().K[0, 0]
     assert found.slip_pixels == pytest.approx(np.linalg.norm(SPEED) * focal / 5, rel=0.01)
     assert found.slip > 20 * measure(*drift).slip
-    assert measure([boxes[0]] * STEPS, flows, in_space=False).slip_pixels == pytest.approx(
-        found.slip_pixels, rel=0.01
-    )
+    on_picture = measure([boxes[0]] * STEPS, flows, in_space=False)
+    assert on_picture.slip_pixels == pytest.approx(found.slip_pixels, rel=0.01)
     assert (found.births, found.size_drift) == (0, 0)
     rng = np.random.default_rng(0)
     shuffled = [renumbered(frame, rng.permutation(frame.ids)) for frame in boxes]
@@ -121,11 +120,7 @@ def test_births_without_fades_are_counted_by_the_area_they_paint(drift):
     faded = []
     for k, (frame, new) in enumerate(zip(boxes, is_new, strict=True)):
         faded.append(with_opacities(frame, np.where(new, (k + 1) / STEPS, 1)))
-    kept = [
-        frame.take(~new) if k == 0 else frame
-        for k, (frame, new) in enumerate(zip(faded, is_new, strict=True))
-    ]
-    gentle = measure(kept, flows)
+    gentle = measure([faded[0].take(~is_new[0]), *faded[1:]], flows)
     assert gentle.births < 0.4 * found.births
     assert gentle.pops == 0
     assert measure(boxes, flows).births == 0
@@ -134,10 +129,8 @@ def test_births_without_fades_are_counted_by_the_area_they_paint(drift):
 def test_marks_that_flash_or_jump_in_size_pop(drift):
     boxes, flows = drift
     flashing = [with_opacities(frame, 0.5 if k % 2 else 1.0) for k, frame in enumerate(boxes)]
-    pumping = [
-        replace(frame, half_extents=frame.half_extents * np.float32(1.2 if k % 2 else 1))
-        for k, frame in enumerate(boxes)
-    ]
+    sizes = [frame.half_extents * np.float32(1.2 if k % 2 else 1) for k, frame in enumerate(boxes)]
+    pumping = [replace(frame, half_extents=size) for frame, size in zip(boxes, sizes, strict=True)]
     for defect in (flashing, pumping):
         assert measure(defect, flows).pops > 10  # nearly all, 30 times a second
     breathing = [with_opacities(frame, 1 - 0.1 * (k % 2)) for k, frame in enumerate(boxes)]

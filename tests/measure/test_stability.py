@@ -58,10 +58,6 @@ def result(comparison):
     return measure_stability(comparison, StabilityConfig(alone=2))
 
 
-def on_white(frame):
-    return np.clip(frame.over(WHITE), 0, 1)
-
-
 def unlocked(comparison, sigmas, *, fade):
     strokes = comparison.strokes
     return [bg.project(strokes, camera, num_sigmas=sigmas, fade=fade) for camera in comparison.cameras]
@@ -99,15 +95,13 @@ def test_directions_are_what_the_metrics_say_of_the_boxes(comparison, result):
 def test_flicker_is_what_the_metrics_say_of_the_pictures(comparison, result):
     """Of the published configuration, drawn here by the public functions alone."""
     plain = [bg.render(comparison.scene, camera, KERNEL) for camera in comparison.cameras]
-    painted = [
-        bg.rasterize(boxes, BRUSH, height=HEIGHT, width=WIDTH, filter="bilinear")
-        for boxes in unlocked(comparison, 2.0, fade=False)
-    ]
+    how = {"height": HEIGHT, "width": WIDTH, "filter": "bilinear"}
+    painted = [bg.rasterize(boxes, BRUSH, **how) for boxes in unlocked(comparison, 2.0, fade=False)]
     for gap, warp, of_plain in zip((1, 7), result["published"].warps, result["plain"].warps, strict=True):
         errors = []
         for frames in (painted, plain):
             views = [
-                View(on_white(frame), seen.depth, seen.alpha, camera)
+                View(np.clip(frame.over(WHITE), 0, 1), seen.depth, seen.alpha, camera)
                 for frame, seen, camera in zip(frames, plain, comparison.cameras, strict=True)
             ]
             pairs = zip(views[:-gap], views[gap:], strict=True)

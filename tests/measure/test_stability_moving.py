@@ -45,12 +45,8 @@ def written(tmp_path_factory):
     return json.loads(path.read_text())
 
 
-def by_name(written):
-    return {figures["name"]: figures for figures in written["stability"]["configurations"]}
-
-
 def test_strokes_that_follow_are_steadier_than_frames_painted_alone(written):
-    found = by_name(written)
+    found = {figures["name"]: figures for figures in written["stability"]["configurations"]}
     assert [*found] == ["track", "anchor", "off", "alone", "image", "plain"]
     assert (written["stability"]["frames"], written["stability"]["closed"]) == (6, False)
     assert written["settings"]["clip"]["start"] == {"amount": 1.2, "is_share": False, "is_all": False}
@@ -122,9 +118,8 @@ def test_frames_painted_alone_keep_the_marks_that_could_be_the_same():
     comparison = resting(3)
     few = comparison.strokes.take(np.arange(60))
     made = [comparison.strokes, comparison.strokes.take(np.arange(100)[::-1]), few]
-    painter = AlonePainter(
-        "alone", "", few, comparison.cameras, BRUSH, comparison.options, make=made.__getitem__
-    )
+    given = few, comparison.cameras, BRUSH, comparison.options
+    painter = AlonePainter("alone", "", *given, make=made.__getitem__)
     first, second, third = (painter.boxes(index) for index in range(3))
     for boxes in (second, third):
         _, i, j = np.intersect1d(first.ids, boxes.ids, return_indices=True)

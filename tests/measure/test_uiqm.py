@@ -5,10 +5,6 @@ from numpy.lib.stride_tricks import sliding_window_view
 from brushgs.measure.uiqm import colorfulness, contrast, sharpness, uiqm
 
 
-def noise(height=43, width=57):
-    return np.random.default_rng(3).uniform(0.1, 0.9, (height, width, 3))
-
-
 def test_a_gray_picture_has_nothing():
     assert uiqm(np.full((30, 40, 3), 0.4)) == pytest.approx(0, abs=1e-12)
     assert uiqm(np.zeros((30, 40, 3))) == 0
@@ -37,7 +33,8 @@ def test_contrast_by_hand():
 
 
 def test_all_parts_against_windows_of_pixels():
-    picture, kernel = noise(), np.outer((-1, 0, 1), (1, 2, 1))
+    picture = np.random.default_rng(3).uniform(0.1, 0.9, (43, 57, 3))
+    kernel = np.outer((-1, 0, 1), (1, 2, 1))
     values = 255 * picture
     windows = sliding_window_view(np.pad(values, ((1, 1), (1, 1), (0, 0)), mode="symmetric"), (3, 3), (0, 1))
     down, right = (np.einsum("yxcij,ij->yxc", windows, one) for one in (kernel, kernel.T))

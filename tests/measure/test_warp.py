@@ -50,11 +50,8 @@ def test_what_the_first_view_does_not_see_is_not_valid():
     first, second = plane_view(camera_at(0.0)), plane_view(camera_at(0.15))
     hidden = np.zeros(first.depth.shape, bool)
     hidden[20:40, 30:60] = True
-    covered = replace(
-        first,
-        depth=np.where(hidden, 0.5 * first.depth, first.depth),
-        rgb=np.where(hidden[..., None], 9.0, first.rgb),
-    )
+    covered = replace(first, depth=np.where(hidden, 0.5, 1) * first.depth)
+    covered = replace(covered, rgb=np.where(hidden[..., None], 9.0, first.rgb))
     error = warp_error(covered, second)
     assert error.rmse < 0.0036
     lost = warp_error(first, second).valid_share - error.valid_share

@@ -1,5 +1,6 @@
 """Looks: the files that come with the program, what is refused in others, and that one is read as written."""
 
+import json
 import os
 import re
 from dataclasses import replace
@@ -74,10 +75,7 @@ REFUSED = [
     ("[grund]\nground = 'paper'\n", "a look has no [grund]; its tables are"),
     ("= 3", "is not TOML: Invalid statement (at line 1, column 1)"),
     ("[view]\nzoom = 2\n", "[view] belongs to one picture, not to a look"),
-    (
-        "titel = 'a'\n",
-        "there is no 'titel' above the tables, only title, good_for, base; did you mean 'title'?",
-    ),
+    ("titel = 'a'\n", "there is no 'titel' above the tables, only title, good_for, base; did you mean 'titl"),
     ("gloss = 0.1\n", "'gloss' stands above all tables; write it below [light]"),
     ("title = 3\n", "title must be text in quotes, got 3"),
     ("base = 'oli'\n", "base oli: neither a file nor a look, which are oil, impressionist"),
@@ -146,26 +144,10 @@ def test_a_long_row_of_bases_is_refused(tmp_path):
         Look.open(tmp_path / "0.toml")
 
 
-PARTS = ["color", "ground", "light"]
-
-
-def texts_of(values):
-    """A table of TOML of the fields of a step."""
-    return "".join(f"{name} = {text_of(value)}\n" for name, value in values.items())
-
-
-def text_of(value):
-    if isinstance(value, tuple):
-        return f"[{', '.join(map(text_of, value))}]"
-    if isinstance(value, bool):
-        return str(value).lower()
-    return f"'{value}'" if isinstance(value, str) else repr(value)
-
-
 @st.composite
 def parts(draw):
     """A step and some of its fields with values in range."""
-    step = draw(st.sampled_from(PARTS))
+    step = draw(st.sampled_from(["color", "ground", "light"]))
     values = {}
     for row in rows_of(STEPS[step]):
         least, most = row.option.ge, row.option.le
@@ -183,7 +165,8 @@ def parts(draw):
 @given(parts())
 def test_what_is_written_is_read_back(tmp_path_factory, part):
     step, values = part
-    path = written(tmp_path_factory.mktemp("looks"), f"[{step}]\n{texts_of(values)}")
+    text = "".join(f"{name} = {json.dumps(value)}\n" for name, value in values.items())
+    path = written(tmp_path_factory.mktemp("looks"), f"[{step}]\n{text}")
     assert Look.open(path).config == PaintConfig(**{step: STEPS[step](**values)})
 
 

@@ -12,11 +12,8 @@ from brushgs.options.projection import ProjectionConfig
 from tests.kit.commands import refused
 from tests.kit.for_each import for_each
 
-SPHERE, EYES, HALVES = (
-    ProjectionConfig(projection="equirect"),
-    ProjectionConfig(stereo="side"),
-    ProjectionConfig(stereo="vr180"),
-)
+SPHERE = ProjectionConfig(projection="equirect")
+EYES, HALVES = (ProjectionConfig(stereo=name) for name in ("side", "vr180"))
 RIGS = {"projection equirect": SPHERE, "stereo side": EYES, "stereo vr180": HALVES}
 
 

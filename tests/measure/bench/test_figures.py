@@ -72,9 +72,8 @@ def test_times_whose_quartiles_overlap_wholly_are_no_difference():
 
 def test_a_curve_that_rises_at_its_end_and_a_busy_machine_are_told():
     rising = family([point(1, 0.3, strokes=10), point(2, 0.1, strokes=100), point(3, 0.2, strokes=1000)])
-    assert doubts_of([rising], None) == (
-        "the error rises again beyond 100 strokes, from 25.5 to 51 of 255 with 1,000",
-    )
+    (doubt,) = doubts_of([rising], None)
+    assert doubt == "the error rises again beyond 100 strokes, from 25.5 to 51 of 255 with 1,000"
     falling = family([point(1, 0.3, strokes=10), point(2, 0.1, strokes=100)])
     assert doubts_of([falling], 0.02) == ()
     assert "other programs used 0.8 processors" in doubts_of([falling], 0.8)[0]
@@ -203,9 +202,8 @@ def test_a_plot_of_any_number_of_families_is_whole_and_light(tmp_path, count):
 
 def test_a_plot_keeps_the_colors_of_its_series_and_has_a_place_for_errors_of_zero(tmp_path):
     """Few colors are written: each of these must be among them."""
-    points = [
-        replace(point(1 + i, 0.1 * i, strokes=1 + i), series=f"series {i}", clustering=None) for i in range(4)
-    ]
+    points = [point(1 + i, 0.1 * i, strokes=1 + i, clustering=None) for i in range(4)]
+    points = [replace(one, series=f"series {i}") for i, one in enumerate(points)]
     write_plot(Bench((family(points),), {}, None), tmp_path / "plot.png", "title")
     picture = np.rint(255 * read_image(tmp_path / "plot.png")[..., :3]).reshape(-1, 3)
     assert {tuple(bytes.fromhex(color[1:])) for color in COLORS} <= {tuple(color) for color in picture}

@@ -156,7 +156,6 @@ def test_supersampling_is_the_mean_of_many_samples_whatever_the_strips():
     found = supersampled(boxes, texture, width=40, height=70, num_threads=num_threads_or_default(None))
     large = replace(boxes, centers=FACTOR * boxes.centers, half_extents=FACTOR * boxes.half_extents)
     whole = bg.rasterize(large, texture, width=8 * 40, height=8 * 70, filter="bilinear", depth=False)
-    np.testing.assert_allclose(
-        found.rgb, whole.rgb.reshape(70, 8, 40, 8, 3).mean(axis=(1, 3)), rtol=1e-12, atol=1e-12
-    )
+    rgb = whole.rgb.reshape(70, 8, 40, 8, 3).mean(axis=(1, 3))
+    np.testing.assert_allclose(found.rgb, rgb, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(found.alpha, whole.alpha.reshape(70, 8, 40, 8).mean(axis=(1, 3)), atol=1e-12)
