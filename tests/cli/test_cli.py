@@ -91,14 +91,8 @@ def test_render_prints_the_path_of_its_picture_and_a_table_of_what_it_did(scene,
         (["--orbit", "9", "--camera-file", "c.json"], r"--camera-file cannot be combined with --orbit"),
         (["--orbit", "9", "--jobs", "2", "--scheduler", "tcp://h:1"], "jobs cannot be combined with sched"),
         (["--orbit", "9", "--resume"], r"a video cannot be resumed \(--resume\), got 'pears-ellipse.mp4'"),
-        (
-            ["--orbit", "9", "--size", "16386x9"],
-            r"in \.mp4 with H\.264 must be at most 16384 pixels wide",
-        ),
-        (
-            ["--orbit", "9", "--background", "transparent"],
-            r"not be transparent in .*\.mp4, whose format",
-        ),
+        (["--orbit", "9", "--size", "16386x9"], r"in \.mp4 with H\.264 must be at most 16384 pixels wide"),
+        (["--orbit", "9", "--background", "transparent"], r"not be transparent in .*\.mp4, whose format"),
         (["--orbit", "9", "-o", "a.png"], r"a path has many frames, but 'a\.png' is one picture"),
         (["--palette-strength", "1"], "--palette-strength needs --palette"),
         (["--palette", "none.jpg"], r"none\.jpg: there is no such picture"),
@@ -435,11 +429,8 @@ def test_a_full_disc_gets_a_sentence_and_leaves_nothing(on_full_disc, suffix):
     code, out, err, left = on_full_disc[suffix]
     assert (code, out) == (2, "")
     is_scratch = suffix in ("html", "glb", "sog") and "temporary" in err  # pictures go there before
-    sentence = (
-        "/.*: has no room for temporary files; .* TMPDIR .*"
-        if is_scratch
-        else (rf"a.{suffix}: cannot be written.*; check the .*disk")
-    )
+    of_scratch = "/.*: has no room for temporary files; .* TMPDIR .*"
+    sentence = of_scratch if is_scratch else rf"a.{suffix}: cannot be written.*; check the .*disk"
     assert re.fullmatch(rf"brushgs: {sentence}\n", err), err
     assert left == []
 

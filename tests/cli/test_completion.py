@@ -30,10 +30,8 @@ def completed(path, *words):
     """What bash offers for the last word."""
     lines = f'source "{path}"; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); '
     lines += '_shtab_brushgs; echo "${COMPREPLY[@]}"'
-    run = subprocess.run(
-        ["bash", "-c", lines, "bash", "brushgs", *words], capture_output=True, text=True, cwd=path.parent
-    )
-    return set(run.stdout.split())
+    words = ["bash", "-c", lines, "bash", "brushgs", *words]
+    return set(subprocess.run(words, capture_output=True, text=True, cwd=path.parent).stdout.split())
 
 
 @pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
@@ -53,6 +51,5 @@ def test_bash_completes_commands_flags_values_and_files(script):
 def test_what_is_not_installed_is_told(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "shtab", None)
     assert main(["completion", "bash"]) == 2
-    assert capsys.readouterr().err == (
-        "brushgs: completion needs shtab, which is not installed; pip install 'brushgs[completion]'\n"
-    )
+    said = "brushgs: completion needs shtab, which is not installed; pip install 'brushgs[completion]'\n"
+    assert capsys.readouterr().err == said

@@ -137,9 +137,8 @@ def test_every_flag_of_a_step_fills_one_of_its_fields(command):
     for action in actions(command):
         step, dot, name = action.dest.partition(".")
         if dot and not isinstance(action, Fields):  # whose value is several of them, by name
-            assert name in {name for kind in CLASSES[step] for name in kind.__struct_fields__}, (
-                action.option_strings
-            )
+            fields = {name for kind in CLASSES[step] for name in kind.__struct_fields__}
+            assert name in fields, action.option_strings
 
 
 @for_each("command", sorted(COMMANDS))
@@ -149,11 +148,7 @@ def test_every_flag_has_help_and_every_number_its_default(command, capsys):
     text = " ".join(capsys.readouterr().out.split())
     for action in actions(command):
         assert action.help, action.option_strings
-        is_value = (
-            action.nargs is None
-            and action.option_strings
-            and Path not in getattr(getattr(action, "row", None), "kinds", ())
-        )
-        if is_value and action.dest not in ("preset", "help"):
+        is_value = action.nargs is None and action.option_strings and action.dest not in ("preset", "help")
+        if is_value and Path not in getattr(getattr(action, "row", None), "kinds", ()):
             assert "default" in action.help, f"{action.option_strings} does not say its default"
     assert "usage: brushgs" in text

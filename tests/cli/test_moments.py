@@ -52,17 +52,6 @@ def test_every_command_takes_a_moment(clips, folder, kind, words, capsys):
 
 
 @for_each(
-    ("kind", "times"), [("folder", ("0", "0.0417", "50%", "100%")), ("params", ("0", "50%", "0.05", "100%"))]
-)  # 24 and 30 a second
-def test_moments_differ(clips, folder, kind, times, capsys):
-    for time in times:
-        words = "--keep", "1", "--time", time, "-o", f"{time}.ply"
-        assert run(capsys, "prune", clips[kind], *words)[0] == 0
-    lefts = [bg.load(f"{time}.ply").means[:, 0].mean() for time in times]
-    np.testing.assert_allclose(np.diff(lefts), [0.1, 0.05, 0.05], atol=1e-4)
-
-
-@for_each(
     ("kind", "words", "seconds", "rate"),
     [
         ("folder", [], 0.125, 24),

@@ -35,10 +35,8 @@ def start(scene, place):
     """Starts a painting; a long one with these words."""
 
     def start(*words):
-        options = {"cwd": place / "out", "env": {"TMPDIR": str(place / "temporary")}}
-        return programs.start(
-            "-m", "brushgs", "render", scene, *SOON, *words, **options, start_new_session=True
-        )
+        command, env = ("-m", "brushgs", "render", scene, *SOON, *words), {"TMPDIR": str(place / "temporary")}
+        return programs.start(*command, cwd=place / "out", env=env, start_new_session=True)
 
     return start
 

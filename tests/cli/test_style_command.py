@@ -45,10 +45,8 @@ def test_show_prints_what_is_in_a_style_and_says_it_in_words(folder, capsys):
     bg.save_style(example.edit(), "warm.style")
     assert "edit residual            7 bumps" in run(capsys, "style", "show", "warm.style")[1]
     offset = np.zeros((12, 3), np.float32)
-    colors = (
-        NamedColor("one", np.array([0.1, 0.2, 0.6]), 0.8, offset),
-        NamedColor("two", np.zeros(3), 0.2, offset),
-    )
+    blue, black = ((0.1, 0.2, 0.6), 0.8), ((0, 0, 0), 0.2)
+    colors = tuple(NamedColor("one", np.array(rgb, float), share, offset) for rgb, share in (blue, black))
     bg.save_style(Style("a", palette=StylePalette(colors)), "a.style")
     _, out, _ = run(capsys, "style", "show", "a.style")
     assert "no language model" in out

@@ -47,9 +47,8 @@ def test_words_are_found_by_a_model_from_a_folder(capsys, monkeypatch):
 def test_rules_name_their_model_beside_them(capsys, place):
     (place / "rules").mkdir(exist_ok=True)
     rules = place / "rules" / "r.toml"
-    rules.write_text(
-        'clip = "../clip"\n[[region]]\nwhere = "text:red or subject"\nadjust = {saturation = 0}\n'
-    )
+    region = '[[region]]\nwhere = "text:red or subject"\nadjust = {saturation = 0}\n'
+    rules.write_text(f'clip = "../clip"\n{region}')
     words = ["render", "a.ply", "--rules", str(rules), "--look", "plain", "--see", "off"]
     words += ["--strokes", "50", "--size", "32x24"]
     assert main([*words, "-o", "a.png", "--quiet"]) == 0
@@ -76,9 +75,8 @@ def test_what_is_no_model_is_refused(capsys):
 
 def test_a_pickle_is_refused_with_the_cure(capsys, tmp_path, place):
     for path in (place / "clip").iterdir():
-        (tmp_path / path.name.replace("model.safetensors", "pytorch_model.bin")).write_bytes(
-            path.read_bytes()
-        )
+        name = path.name.replace("model.safetensors", "pytorch_model.bin")
+        (tmp_path / name).write_bytes(path.read_bytes())
     message = refused_without(capsys, "--text-model", str(tmp_path))
     assert "pytorch_model.bin, which can be a pickle" in message
     assert "save_pretrained" in message

@@ -45,9 +45,8 @@ def test_lists_are_written_out_in_order_and_name_their_outputs():
     """
     jobs = jobs_of(text)
     names = [f"{a}-{b}-{c}" for a in "ab" for b in ("oil", "my_own") for c in ("front", "2")]
-    assert [job.output for job in jobs] == [
-        f"out/{number}-{name}-64x48-40.5.png" for number, name in enumerate(names, start=1)
-    ]
+    outputs = [f"out/{number}-{name}-64x48-40.5.png" for number, name in enumerate(names, start=1)]
+    assert [job.output for job in jobs] == outputs
     assert "--azimuth=30" not in jobs[0].words
     assert "--from=front" in jobs[0].words
     assert {"--azimuth=30", "--elevation=60"} <= set(jobs[1].words)
