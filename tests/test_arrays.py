@@ -9,11 +9,6 @@ from brushgs.values.arrays import check, gaussian_weights
 from tests.kit.for_each import for_each
 
 
-def test_letters_are_bound_to_sizes():
-    sizes = check("here", a=(np.zeros((5, 3)), "N 3"), b=(np.zeros((5, 7)), "N k"), c=(np.zeros(()), ""))
-    assert (sizes["N"], sizes["k"]) == (5, 7)
-
-
 @for_each(
     ("shapes", "specifications", "message"),
     [
@@ -27,10 +22,7 @@ def test_letters_are_bound_to_sizes():
     ],
 )
 def test_a_wrong_shape_is_named_with_the_expected_one(shapes, specifications, message):
-    arrays = {
-        name: (np.zeros(shape), specification)
-        for name, shape, specification in zip("ab", shapes, specifications, strict=False)
-    }
+    arrays = dict(zip("ab", zip(map(np.zeros, shapes), specifications, strict=True), strict=False))
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         check("here", **arrays)
 

@@ -21,26 +21,20 @@ SMALL = {"size": (64, 48), "strokes": 60}
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({}, []),
-        (
-            {"look": "plain", "from_": "left", "stroke": ["flat", "dab"], "background": "teal"},
-            ["--look", "plain", "--from", "left", "--stroke", "flat,dab", "--background", "teal"],
-        ),
-        (
-            {"look": "plain", "stroke_size": 24, "strokes": None, "adjust": {"contrast": 1.3}},
-            ["--look", "plain", "--stroke-size", "24px", "--adjust", "contrast=1.3"],
-        ),
-        (
-            {"preset": "paper", "stroke": "gaussian", "strokes": None, "first": "40%"},
-            ["--preset", "paper", "--stroke", "gaussian", "--first", "0.4"],
-        ),
+        ({}, ""),
+        ({"look": "plain", "from_": "left", "background": "teal"}, "--from left --background teal"),
+        ({"look": "plain", "stroke": ["flat", "dab"], "first": "40%"}, "--stroke flat,dab --first 0.4"),
+        ({"look": "plain", "stroke_size": 24, "strokes": None}, "--stroke-size 24px"),
+        ({"look": "plain", "adjust": {"contrast": 1.3}}, "--adjust contrast=1.3"),
+        ({"preset": "paper", "stroke": "gaussian", "strokes": None}, "--stroke gaussian"),
     ],
 )
 def test_paint_is_what_render_writes(scene, tmp_path, options, words):
-    frame = bg.paint(scene, **SMALL | options)
+    frame, file = bg.paint(scene, **SMALL | options), tmp_path / "a.png"
+    shared = [f"--{name}={options[name]}" for name in ("look", "preset") if name in options]
     count = [] if "strokes" in options else ["--strokes", "60"]
-    file = tmp_path / "a.png"
-    assert main(["render", str(scene), "-o", str(file), "--size", "64x48", *count, *words, "--quiet"]) == 0
+    words = ["--size", "64x48", *shared, *count, *words.split(), "--quiet"]
+    assert main(["render", str(scene), "-o", str(file), *words]) == 0
     np.testing.assert_array_equal(frame.bytes_over("black"), np.rint(255 * read_image(file)))
     assert frame.alpha.min() == 1
 

@@ -33,10 +33,6 @@ LAYERS = [
 LAYER_OF = {name: number for number, names in enumerate(LAYERS) for name in names}
 
 
-def top_name(path):
-    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
-
-
 def package_imports(path):
     """Top names under `brushgs` that a file imports, also inside functions and for type checks."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -56,7 +52,7 @@ SOURCES = sorted(
 
 @for_each("path", SOURCES)
 def test_imports_point_to_the_same_or_an_earlier_layer(path):
-    own = top_name(path)
+    own = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
     assert own in LAYER_OF, f"{own} is in no layer; add it to LAYERS"
     for other in package_imports(path):
         if other == "_core":

@@ -42,10 +42,8 @@ def test_a_render_is_the_same_without_what_only_linux_has(scene, tmp_path, targe
     assert main([*map(str, words), "--quiet", "-o", str(here / target)]) == 0
     code, _, err = ran("-c", WITHOUT, *words, "-o", elsewhere / target, cwd=elsewhere)
     assert code == 0, err
-    pictures = [
-        [path.read_bytes() for path in sorted(folder.glob(f"*{Path(target).suffix}"))]
-        for folder in (here, elsewhere)
-    ]
+    files = (sorted(folder.glob(f"*{Path(target).suffix}")) for folder in (here, elsewhere))
+    pictures = [[path.read_bytes() for path in paths] for paths in files]
     assert len(pictures[0]) == (3 if more else 1)
     assert pictures[0] == pictures[1]
 

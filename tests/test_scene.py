@@ -228,9 +228,8 @@ def test_look_at_is_a_rotation_whatever_the_direction(seed, lean, unit):
     """
     g = np.random.default_rng(seed)
     eye, forward = g.normal(size=3), g.normal(size=3)
-    value = bg.Camera.look_at(
-        eye * unit, (eye + forward) * unit, up=(forward + lean * g.normal(size=3)) * unit, width=4, height=4
-    )
+    up = (forward + lean * g.normal(size=3)) * unit
+    value = bg.Camera.look_at(eye * unit, (eye + forward) * unit, up=up, width=4, height=4)
     rotation = value.viewmat[:3, :3]
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-7)
     assert np.linalg.det(rotation) > 0
@@ -273,9 +272,8 @@ def test_a_frame_lies_over_a_color_or_a_picture():
 @for_each("num_threads", [1, 3])
 def test_bytes_are_rounded_the_same_by_any_number_of_threads(num_threads, dtype):
     rng = np.random.default_rng(1)
-    frame = bg.Frame(
-        rng.uniform(-0.1, 1.1, (190, 201, 3)).astype(dtype), rng.uniform(0, 1, (190, 201)).astype(dtype)
-    )
+    planes = rng.uniform(-0.1, 1.1, (190, 201, 3)), rng.uniform(0, 1, (190, 201))
+    frame = bg.Frame(*(plane.astype(dtype) for plane in planes))
     for background in ((1, 0.5, 0), rng.uniform(0, 1, (190, 201, 3))):
         expected = np.floor(np.clip(frame.over(background), 0, 1) * 255 + dtype(0.5))
         with at_most(num_threads):

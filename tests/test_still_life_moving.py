@@ -6,6 +6,7 @@ import pytest
 from brushgs.still_life import moving as stage
 from brushgs.still_life import still_life
 from brushgs.still_life.moving import still_life_moving
+from brushgs.values.quats import normalized
 
 COLUMNS = "means", "quats", "scales", "opacities", "sh"
 NUM = 4000
@@ -51,11 +52,7 @@ def test_each_motion_is_there_and_no_step_of_it_is_large(scene, setting):
         assert np.abs(after.means - before.means).max() < 0.15
         in_shadow_edge = np.abs((after.sh - before.sh)[:, 0]).max(axis=1) > 0.6  # by 0.17 of the color
         assert in_shadow_edge.mean() < 5e-3  # measured: 2e-3
-        cosines = (
-            (after.quats * before.quats).sum(axis=1)
-            / np.linalg.norm(after.quats, axis=1)
-            / np.linalg.norm(before.quats, axis=1)
-        )
+        cosines = (normalized(after.quats) * normalized(before.quats)).sum(axis=1)
         assert np.degrees(2 * np.arccos(np.clip(cosines, -1, 1))).max() < 12  # and q does not become -q
 
 
