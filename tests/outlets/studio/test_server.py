@@ -76,8 +76,7 @@ def test_the_printed_address_opens_the_page_and_gives_the_cookie(shared):
     assert content == shared.studio.contents()[1]
     for path in ("/", "/state", "/contents", "/nothing"):
         headers = ask(shared, "GET", path)[1]
-        assert headers["Cache-Control"] == "no-store"
-        assert headers["X-Content-Type-Options"] == "nosniff"
+        assert (headers["Cache-Control"], headers["X-Content-Type-Options"]) == ("no-store", "nosniff")
         assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
         assert "Python" not in headers.get("Server", "")
 
