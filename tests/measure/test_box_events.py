@@ -94,8 +94,7 @@ def test_a_box_that_is_widened_evenly_does_not_kink():
 def test_strokes_that_come_or_go_inside_the_picture_count_by_opacity():
     both, one = boxes_of([0.0, 0.0], opacities=[0.8, 0.25]), boxes_of(0.0, opacities=0.8)
     events = orientation_events([both, one, both], **SIZE)
-    assert events.vanished == pytest.approx(0.5)
-    assert events.stroke_frames == 2
+    assert (events.vanished, events.stroke_frames) == (pytest.approx(0.5), 2)
     at_border = boxes_of([0.0, 0.0], half_extents=(4.0, 4.0), center=(3.0, 50.0))
     assert orientation_events([at_border, boxes_of(0.0)], **SIZE).vanished == 0
     near = boxes_of([0.0, 0.0], half_extents=(1e4, 1e4), opacities=[0.0, 1.0])

@@ -24,8 +24,7 @@ def test_two_peers_end_to_end(scene, tmp_path):
     run.report_peers(SceneSource((scene,)), tmp_path / "out", ask, report=report)
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["peers.json", "peers.png"]
     value = json.loads((tmp_path / "out" / "peers.json").read_text())
-    assert value["schema"] == 1
-    assert (value["peers"]["style"], value["peers"]["scene"]) == ("night", "pears")
+    assert (value["schema"], value["peers"]["style"], value["peers"]["scene"]) == (1, "night", "pears")
     plain, look, painter = value["peers"]["rows"]
     assert [row["peer"] for row in (plain, look, painter)] == ["plain scene", "plain look", "Hertzmann"]
     assert (look["strokes"], look["flips"], plain["strokes"]) == (40, 0, None)

@@ -150,8 +150,7 @@ def test_fewer_pairs_are_some_of_all_pairs(comparison, result):
     config = StabilityConfig(gaps=(1, 2), pairs=2, alone=0)
     painted = []
     some = measure_stability(comparison, config, advance=lambda: painted.append(1))
-    assert some.stride == 4
-    assert some.starts == (0, 4)
+    assert (some.stride, some.starts) == (4, (0, 4))
     assert len(painted) == measure.num_painted_frames(comparison, config) == 7  # 0 1 2 4 5 6, and the last
     for name in NAMES:
         assert some[name].errors == (result[name].errors[0], result[name].errors[4])
@@ -164,8 +163,7 @@ def test_a_camera_that_stands_still_on_an_open_path_shows_no_flicker(comparison)
         # Pixels are read exactly where they lie, but for the rounding of the way there and back.
         assert figures.warps[0].rmse < 1e-5
         assert figures.warps[0].redrawn is None or figures.warps[0].redrawn < 1e-4
-        assert (figures.turning, figures.loop) == (None, None)
-        assert (figures.alone, figures.alone_equal) == (0, 0)
+        assert (figures.turning, figures.loop, figures.alone, figures.alone_equal) == (None, None, 0, 0)
         assert figures.events is None or figures.events.largest_step == 0
 
 

@@ -35,7 +35,6 @@ SCENE = still_life_of(1000)
 STROKES = bg.cluster(bg.prune(SCENE), 200)
 CAMERA = still_life_camera(width=96, height=72)
 BRUSH = bg.StrokeTexture.open("dry_brush")
-KERNEL = bg.StrokeTexture.open("gaussian")
 
 
 def options_of(texture=BRUSH, **changed):
@@ -46,19 +45,9 @@ def frame_of(texture=BRUSH, strokes=STROKES, **changed):
     return render_with(strokes, CAMERA, texture, options_of(texture, **changed))
 
 
-@for_each("dtype", [np.float32, np.float64])
-@for_each("changed", [{}, {"filter": "bilinear"}, {"lock": "off", "filter": "nearest"}, {"order": "soft"}])
-def test_right_pictures_pass_far_within_the_bound(dtype, changed):
-    """Measured worst: mean 4e-7 (float32) and 1e-15 (float64), no pixel off by a step."""
-    strokes, options = STROKES.astype(dtype), options_of(**changed)
-    found = check_square("x", frame_of(strokes=strokes, **changed), strokes, CAMERA, BRUSH, options)
-    assert found.mean < (1e-5 if dtype == np.float32 else 1e-13)
-    assert found.beyond_step == 0
-    assert "32x32 pixels from" in found.against
-    check_square("x", frame_of(KERNEL), STROKES, CAMERA, KERNEL, options_of(KERNEL))
-
-
 def test_a_wrong_picture_is_named():
+    kernel = bg.StrokeTexture.open("gaussian")
+    check_square("x", frame_of(kernel), STROKES, CAMERA, kernel, options_of(kernel))
     boxes = bg.project(STROKES, CAMERA)
     found = check_square("x", frame_of(), STROKES, CAMERA, BRUSH, options_of())
     x, y = (int(word.strip("(),")) for word in found.against.split()[-2:])
