@@ -336,15 +336,13 @@ def test_a_sum_of_gaussians_loses_nothing():
         (plain + rich, slice(0, N), slice(N, None)),
         (rich + plain, slice(N, None), slice(0, N)),
     ):
-        assert len(both) == 2 * N
-        assert (both.sh_degree, both.means.dtype) == (2, np.float64)
+        assert (len(both), both.sh_degree, both.means.dtype) == (2 * N, 2, np.float64)
         np.testing.assert_array_equal(both.sh[ours, :1], plain.sh)
         assert not both.sh[ours, 1:].any()
         np.testing.assert_array_equal(both.sh[theirs], rich.sh)
         np.testing.assert_array_equal(both.quats[ours], plain.quats)
         assert both.brushes.tolist()[ours] == both.regions.tolist()[ours] == [0] * N
-        assert both.ids.tolist()[ours] == [-1] * N
-        assert both.ids.tolist()[theirs] == list(range(N))
+        assert (both.ids.tolist()[ours], both.ids.tolist()[theirs]) == ([-1] * N, list(range(N)))
     assert (plain + plain).brushes is None
     first = bg.Gaussians.joined([plain, rich, plain])  # the columns of the first
     assert (len(first), first.sh_degree, first.means.dtype, first.ids) == (3 * N, 0, np.float32, None)
@@ -370,8 +368,7 @@ def test_a_frame_is_an_array_of_rgba(half_painted):
     assert np.asarray(half_painted, np.float64).dtype == np.float64
     eight, sixteen = np.asarray(half_painted, np.uint8), np.asarray(half_painted, "uint16")
     assert eight.tolist() == [[[255, 0, 0, 128], [0, 255, 0, 255], [0, 0, 0, 0], [64, 255, 0, 255]]]
-    assert sixteen.dtype == np.uint16
-    assert sixteen[0, 0].tolist() == [65535, 0, 0, 32768]
+    assert (sixteen.dtype, sixteen[0, 0].tolist()) == (np.uint16, [65535, 0, 0, 32768])
     with refused(TypeError, "Frame: dtype must be one of floats, uint8 or uint16, got int32"):
         np.asarray(half_painted, np.int32)
     with refused(ValueError, "Frame: its RGBA is a new array, so copy must not be False"):

@@ -214,9 +214,7 @@ def test_a_resting_camera_is_painted_once_to_the_byte(scene, resting, tmp_path, 
         return [file.read_bytes() for file in files], stage(report, "paint")
 
     files, told = painted("once")
-    assert told.counts["painted"] == 3
-    assert told.counts["repeated"] == 3
-    assert told.counts["skipped"] == 0
+    assert (told.counts["painted"], told.counts["repeated"], told.counts["skipped"]) == (3, 3, 0)
     assert told.skipped == ["3 frames: the camera rests, they equal those before"]
     assert files[0] != files[3]
     monkeypatch.setattr(SequenceFrames, "identity", lambda self, index: (index,))

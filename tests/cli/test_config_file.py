@@ -81,10 +81,8 @@ def test_files_are_sought_beside_the_file_and_outputs_are_not():
     Path("sub/brush.png").touch()
     Path("here.png").touch()
     args = vars(parse(["render", "scene.ply", "--config", path]))
-    assert args["draw.stroke"] == "sub/brush.png,flat"
-    assert args["palette.file"] == Path("here.png")
-    assert str(args["strokes.direction"]) == "painting:sub/brush.png"
-    assert args["output"] == "brush.png"
+    assert (args["draw.stroke"], args["palette.file"]) == ("sub/brush.png,flat", Path("here.png"))
+    assert (str(args["strokes.direction"]), args["output"]) == ("painting:sub/brush.png", "brush.png")
 
 
 def test_words_that_are_no_files_stay_as_they_are():

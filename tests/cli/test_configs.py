@@ -103,16 +103,14 @@ def test_view_flags_become_radians_and_keep_their_signs():
         words = ["render", "a.ply", "--up", up, "--azimuth", "-90", "--elevation", "-10", "--fov-deg", "60"]
         view = paint_config(parse([*words, "--zoom", "2", "--size", "30x20"])).view
         assert (view.azimuth, view.elevation) == pytest.approx((-1.5707963, -0.1745329))
-        assert view.fov_y == pytest.approx(1.0471976)
-        assert (view.zoom, view.size) == (2.0, (30, 20))
+        assert (view.fov_y, view.zoom, view.size) == (pytest.approx(1.0471976), 2.0, (30, 20))
 
 
 def test_a_size_is_chosen_where_it_is_asked_for():
     for words, size in (([], None), (["--size", "auto"], "auto"), (["--size", "30x20"], (30, 20))):
         for command in ("render", "export", "bench"):
             view = paint_config(parse([command, "a.ply", *words])).view
-            assert view.size == size
-            assert view.fixed_size == (None if size == "auto" else size)
+            assert (view.size, view.fixed_size) == (size, None if size == "auto" else size)
     of_render = paint_config(parse(["render", "a.ply"]), view=render.VIEW).view
     assert of_render == ViewConfig(size="auto")
     assert paint_config(parse(["render", "a.ply", "--size", "30x20"]), view=render.VIEW).view.size == (30, 20)

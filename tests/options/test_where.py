@@ -162,8 +162,7 @@ def test_a_part_says_what_it_needs(tmp_path):
     masks.mkdir()
     (masks / "a.png").write_bytes(b"")
     where = Where.parse(f'mask:"{masks}" or (text:a b and not text:c)')
-    assert where.files == (masks, masks / "a.png")
-    assert where.texts == ("a b", "c")
+    assert (where.files, where.texts) == ((masks, masks / "a.png"), ("a b", "c"))
     assert where.needs_cameras
     assert where.needs_subject, "words are looked for from all around"
     assert not Where.parse(f'mask:"{masks}" or box:0,0,0,1,1,1').needs_subject
