@@ -95,6 +95,14 @@ def test_a_job_that_fails_does_not_stop_the_others(made, tmp_path, capsys):
     assert err.startswith("brushgs: job 1: a.gif is a video")
 
 
+def test_a_bad_job_is_told_before_any_runs(made, tmp_path, capsys):
+    text = f'[[job]]\nscene = "{made[0]}/pears.ply"\noutput = "a.png"\n'
+    (tmp_path / "one.toml").write_text(text + text)
+    err = refused(capsys, "batch", tmp_path / "one.toml")
+    assert "one.toml: line 4: job 2: writes a.png, as job 1 does" in err
+    assert names(tmp_path) == ["one.toml"]
+
+
 @for_each("content", ["[1]", "", "{}"])
 def test_a_record_that_is_none_is_told(made, tmp_path, capsys, content):
     (tmp_path / "one.toml").write_text(f'[[job]]\nscene = "{made[0]}/pears.ply"\noutput = "a.png"\n')
