@@ -156,6 +156,7 @@ def test_a_painting_is_called_after_its_stroke_or_its_look(words, name):
         (["--look", ""], ": is a folder, not a look"),
         (["--lamp", "225"], "--lamp must be 2 numbers separated by commas, got '225'"),
         (["--lamp", "225,0"], "lamp must have an elevation above 0 and at most 90 degrees, got 0"),
+        (["--pigments", "1"], "pigments must be 2 to 256, or 0 for any color, got 1"),
         (["--sun", "10,-5"], "sun must have an elevation above 0 and at most 90 degrees, got -5"),
         (["--sun", "0,20..90,91"], "sun must have an elevation above 0 and at most 90 degrees, got 91"),
         (["--backdrop", "many"], "--backdrop must be stage, loose, on, off or a whole number, got 'many'"),
