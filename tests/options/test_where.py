@@ -171,6 +171,8 @@ def test_a_part_says_what_it_needs(tmp_path):
 
 
 def test_options_say_what_they_need():
+    with pytest.raises(ValueError, match="where has mask:m, which needs --camera-file"):
+        WhereConfig(Where.parse("subject and mask:m"))
     assert WhereConfig(Where.parse("box:0,0,0,1,1,1"), soft=0.1).needs_first_view
     assert not WhereConfig(Where.parse("box:0,0,0,1,1,1")).needs_first_view
     assert WhereConfig(Where.parse("mask:m"), camera_file=Path("c.json")).files == (Path("m"), Path("c.json"))
