@@ -13,6 +13,7 @@ import stat
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Any, BinaryIO
 
@@ -20,6 +21,7 @@ from brushgs.core.signals import defer_stop
 from brushgs.errors import SceneError
 
 _noting: list[set[Path]] = []  # sets of open `noting_written` blocks, shared by all threads that write
+_FORBIDDEN = {errno.EACCES, errno.EPERM, errno.EROFS}
 _FULL = {errno.ENOSPC, errno.EFBIG, *([errno.EDQUOT] if hasattr(errno, "EDQUOT") else [])}
 
 
@@ -102,6 +104,16 @@ def read_exactly(path: Path, file: BinaryIO, start: int, target: memoryview) -> 
         done += count
 
 
+def cut_off(path: Path, where: str) -> SceneError:
+    """The error for a file that ends too early; `where` says at which place."""
+    return SceneError(path, f"is cut off: {where}; download or copy it again")
+
+
+def damaged(path: Path, fact: str) -> SceneError:
+    """The error for a file whose bytes contradict each other."""
+    return SceneError(path, f"is damaged: {fact}; download or copy it again")
+
+
 def _scene_error(path: Path, what: str, error: OSError) -> SceneError:
     """The SceneError for an error of the file system."""
     match error:
@@ -147,8 +159,8 @@ def folder_made(folder: Path, path: str | Path) -> Iterator[None]:
                 one.rmdir()
         if isinstance(error, OSError):
             named = "the folder" if folder == Path(path).absolute() else f"the folder {folder}"
-            fact = f"{named} cannot be made ({error.strerror}); choose another folder"
-            raise SceneError(path, fact) from None
+            fact = f"{named} cannot be made ({error.strerror})"
+            raise SceneError(path, f"{fact}; choose another folder") from None
         raise
 
 
@@ -174,22 +186,27 @@ def replacing(path: str | Path, most: int = 0) -> Iterator[Path]:
         # Renaming onto /dev/null would put a plain file in its place.
         raise SceneError(path, "is not a regular file and cannot be replaced; choose another name")
     temporary = target.with_name(f".{target.stem[:64]}-{os.urandom(4).hex()}{target.suffix}")
-    with folder_made(target.parent, path):
-        cure = "choose another folder"
-        try:
-            # Create it here to get the permissions of a new file, and to detect an unusable folder early.
-            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-            cure = "check the disk"
-            _check_room(temporary, most)
-            yield temporary
-            temporary.replace(target)
-            note_written(target)
-        except BaseException as error:
-            with suppress(OSError):  # the folder may be unusable
-                temporary.unlink(missing_ok=True)
-            if isinstance(error, OSError):
-                raise SceneError(path, f"cannot be written ({error.strerror}); {cure}") from error
-            raise
+    with folder_made(target.parent, path), _undone(path, partial(temporary.unlink, missing_ok=True)):
+        # Create it here to get the permissions of a new file, and to detect an unusable folder early.
+        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+        _check_room(temporary, most)
+        yield temporary
+        temporary.replace(target)
+        note_written(target)
+
+
+@contextmanager
+def _undone(path: str | Path, undo: Callable[[], object]) -> Iterator[None]:
+    """If the block raises, call `undo`; errors of the file system become SceneErrors about `path`."""
+    try:
+        yield
+    except BaseException as error:
+        with suppress(OSError):  # the folder may be unusable
+            undo()
+        if isinstance(error, OSError):
+            cure = "choose another folder" if error.errno in _FORBIDDEN else "check the disk"
+            raise SceneError(path, f"cannot be written ({error.strerror}); {cure}") from error
+        raise
 
 
 def _check_room(file: Path, most: int) -> None:
@@ -214,8 +231,6 @@ def scratch_folder() -> Iterator[Path]:
     Raises:
         SceneError: if the folder cannot be made, or its disk is full.
     """
-    base = Path(tempfile.gettempdir())
-    cure = "make room there, or set TMPDIR to another folder"
     try:
         with tempfile.TemporaryDirectory(prefix="brushgs-") as name:
             try:
@@ -227,7 +242,8 @@ def scratch_folder() -> Iterator[Path]:
     except OSError as error:
         if error.errno not in _FULL:
             raise
-        raise SceneError(base, f"has no room for temporary files; {cure}") from None
+        cure = "make room there, or set TMPDIR to another folder"
+        raise SceneError(tempfile.gettempdir(), f"has no room for temporary files; {cure}") from None
 
 
 @contextmanager
@@ -264,25 +280,18 @@ def filling(folder: Path, goes: Callable[[Path], bool]) -> Iterator[Path]:
         SceneError: if the folder cannot be made or written to.
     """
     temporary = folder / f".unfinished-{os.urandom(4).hex()}"
-    with folder_made(folder.absolute(), folder):
-        cure = "choose another folder"
-        try:
-            temporary.mkdir()
-            cure = "check the disk"
-            yield temporary
-            with defer_stop():  # renaming takes milliseconds
-                for path in folder.iterdir():
-                    if goes(path):
-                        path.unlink()
-                for path in sorted(temporary.iterdir()):
-                    path.replace(folder / path.name)
-                    note_written(folder / path.name)
-                temporary.rmdir()
-        except BaseException as error:
-            shutil.rmtree(temporary, ignore_errors=True)
-            if isinstance(error, OSError):
-                raise SceneError(folder, f"cannot be written ({error.strerror}); {cure}") from error
-            raise
+    clear = partial(shutil.rmtree, temporary, ignore_errors=True)
+    with folder_made(folder.absolute(), folder), _undone(folder, clear):
+        temporary.mkdir()
+        yield temporary
+        with defer_stop():  # renaming takes milliseconds
+            for path in folder.iterdir():
+                if goes(path):
+                    path.unlink()
+            for path in sorted(temporary.iterdir()):
+                path.replace(folder / path.name)
+                note_written(folder / path.name)
+            temporary.rmdir()
 
 
 # A record of finished items, from which `--resume` finds the remaining ones: JSON lines, first a heading,
@@ -315,8 +324,8 @@ def read_record(
 def begin_record(path: Path, heading: Mapping[str, Any], entries: Iterable[Mapping[str, Any]]) -> None:
     """Start a new record. Raises SceneError if it cannot be written."""
     with replacing(path) as temporary:
-        lines = [json.dumps(line) for line in (heading, *entries)]
-        temporary.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+        lines = (f"{json.dumps(line)}\n" for line in (heading, *entries))
+        temporary.write_text("".join(lines), encoding="utf-8")
 
 
 def add_to_record(path: Path, entry: Mapping[str, Any]) -> None:

@@ -18,8 +18,7 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 ZIP_BEGINNINGS = b"PK\x03\x04", b"PK\x05\x06"  # the latter for an empty archive
 _MAX_JSON_BYTES = 1 << 25  # searched for keys
 _MAX_DIRECTORY_BYTES = 1 << 20  # at the end of a zip archive
-_MAX_HEADER = 1 << 20  # bytes of a PLY header, as in `ply_header`
-_PIECE = 1 << 14  # bytes of a header read at a time; headers by trainers have 2 KiB
+_USUAL_HEADER, _MAX_HEADER = 1 << 14, 1 << 20  # bytes of a PLY header: trainers write 2 KiB
 _PICKLES = b"\x80\x02\x8a\nl\xfc\x9cF", b"\x80\x02}", b"\x80\x04\x95", b"\x80\x05\x95"
 PICKLE_SUFFIXES = ".pth", ".pt", ".ckpt", ".pkl", ".pickle"
 MODEL_FOLDERS = ("", "sparse/0/", "sparse/", "colmap/sparse/0/", "0/")  # of COLMAP, in that of a capture
@@ -135,6 +134,16 @@ def has_suffix(*suffixes: str) -> Matcher:
     return lambda path, begin: path.suffix.lower() in suffixes
 
 
+def _read(path: Path, most: int, *, at_end: bool = False) -> bytes:
+    """Up to `most` bytes from the start or the end of a file; none if it cannot be read."""
+    try:
+        with path.open("rb") as file:
+            file.seek(max(0, file.seek(0, 2) - most) if at_end else 0)
+            return file.read(most)
+    except OSError:
+        return b""
+
+
 def is_json_with(*keys: str, file: str | None = None) -> Matcher:
     """Match JSON files that contain all of the keys, at any depth.
 
@@ -151,11 +160,7 @@ def is_json_with(*keys: str, file: str | None = None) -> Matcher:
             path = path / file
         elif not begin.removeprefix(BYTE_ORDER_MARK).lstrip().startswith(b"{"):
             return False
-        try:
-            with path.open("rb") as opened:
-                content = opened.read(_MAX_JSON_BYTES)
-        except OSError:
-            return False
+        content = _read(path, _MAX_JSON_BYTES)
         return all(mark in content for mark in marks)
 
     return matches
@@ -172,14 +177,9 @@ def is_zip_with(name: str, *suffixes: str) -> Matcher:
     def matches(path: Path, begin: bytes) -> bool:
         if not begin.startswith(ZIP_BEGINNINGS):
             return False
-        if path.suffix.lower() in suffixes:
-            return True
-        try:
-            with path.open("rb") as opened:
-                opened.seek(max(0, opened.seek(0, 2) - _MAX_DIRECTORY_BYTES))
-                return name.encode() in opened.read()
-        except OSError:
-            return False
+        return path.suffix.lower() in suffixes or name.encode() in _read(
+            path, _MAX_DIRECTORY_BYTES, at_end=True
+        )
 
     return matches
 
@@ -195,16 +195,9 @@ def is_ply_with(*names: str) -> Matcher:
 
 def _properties(path: Path) -> set[str]:
     """Names of all properties in the header of a PLY file."""
-    header = b""
-    try:
-        with path.open("rb", buffering=0) as file:
-            while b"end_header" not in header and len(header) < _MAX_HEADER:
-                piece = file.read(_PIECE)
-                if not piece:
-                    break
-                header += piece
-    except OSError:
-        return set()
+    header = _read(path, _USUAL_HEADER)
+    if b"end_header" not in header:
+        header = _read(path, _MAX_HEADER)
     header = header.partition(b"end_header")[0]
     return {name.decode() for name in re.findall(rb"[\r\n]property[ \t]+\w+[ \t]+(\w+)", header)}
 
