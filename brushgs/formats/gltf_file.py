@@ -5,15 +5,13 @@ and checked first. Callers interpret the objects. Source: Khronos, glTF 2.0 Spec
 """
 
 import base64
-import binascii
 import json
 import mmap
 import re
 import struct
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, BinaryIO, Generic, Literal, TypeVar
+from typing import Annotated, Any, BinaryIO, Generic, Literal, NamedTuple, TypeVar
 from urllib.parse import unquote
 
 import numpy as np
@@ -21,7 +19,7 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import find_within, open_plain
+from brushgs.formats.files import cut_off, find_within, open_plain
 from brushgs.formats.schema import MAX_BYTES, SMALL_OBJECT, as_count, decode, shown
 from brushgs.values.arrays import F32, F64
 from brushgs.values.quats import rotation_matrices
@@ -147,8 +145,7 @@ class GltfFile(Generic[M]):
         self.size = len(whole)
         text = self._split(whole) if bytes(whole[:4]) == b"glTF" else whole
         if len(text) > MAX_BYTES:
-            cure = "export it as .glb, whose numbers are no text"
-            raise SceneError(path, f"must have at most {MAX_BYTES >> 20} MiB of JSON; {cure}")
+            raise SceneError(path, f"must have at most {MAX_BYTES >> 20} MiB of JSON; export it as .glb")
         self.top = decode(path, bytes(text), kind, CURE, object_bytes=SMALL_OBJECT, has_names=True)
 
     def _split(self, whole: memoryview) -> memoryview:
@@ -157,8 +154,7 @@ class GltfFile(Generic[M]):
         if version != 2:
             raise SceneError(self.path, f"must be glTF of version 2, got version {version}; {CURE}")
         if length > len(whole):
-            fact = f"is cut off: {length - len(whole)} of {length} bytes are missing"
-            raise SceneError(self.path, f"{fact}; download or copy it again")
+            raise cut_off(self.path, f"{length - len(whole)} of {length} bytes are missing")
         chunks: dict[int, memoryview] = {}
         start = 12
         while start + 8 <= length and len(chunks) < 2:
@@ -186,14 +182,12 @@ class GltfFile(Generic[M]):
         """The bytes of a buffer view, and its stride in bytes if it states one."""
         view = self.item(self.top.buffer_views, index, f"{used_by} refers to bufferViews")
         if view.extensions:
-            fact = f"is compressed by {', '.join(name[:60] for name in list(view.extensions)[:3])}"
-            cure = "export it without compression, or as .ply"
-            raise SceneError(self.path, f"{fact}, which is not read; {cure}")
+            names = ", ".join(name[:60] for name in list(view.extensions)[:3])
+            raise SceneError(self.path, f"is compressed by {names}, which is not read; export it without")
         what = f"buffer view {shown(index)}"
         buffer = self._buffer(view.buffer, what)
         start, length = view.byte_offset or 0, view.byte_length
-        if start + length > len(buffer):
-            missing = start + length - len(buffer)
+        if (missing := start + length - len(buffer)) > 0:
             raise SceneError(self.path, f"{what} lacks {missing} bytes of its buffer; download or {CURE}")
         return buffer[start : start + length], view.byte_stride
 
@@ -214,7 +208,7 @@ class GltfFile(Generic[M]):
             found = _DATA_URI.match(uri[:200])
             try:
                 content = base64.b64decode(uri[found.end() :] if found else "?", validate=True)
-            except (binascii.Error, ValueError):
+            except ValueError:
                 raise SceneError(self.path, f"{what} is no base64 data URI; {CURE}") from None
             return memoryview(content)
         path = find_within(self.path.parent, unquote(uri), self.path)
@@ -247,6 +241,63 @@ class GltfFile(Generic[M]):
         values: NDArray[Any] = np.ndarray((count, width), dtype, data, offset, (stride, number))
         return GltfArray(values, is_normalized=bool(accessor.normalized))
 
+    def placed_nodes(self) -> Iterator["PlacedNode"]:
+        """Yield the nodes of the default scene, or all nodes if there is no scene, parents first.
+
+        Raises SceneError if nodes are missing, form a cycle, or are too many.
+        """
+        # Each entry: a node, the matrix of its parent, and the nodes above it.
+        pending = [(root, np.eye(4), tuple[int, ...]()) for root in reversed(self._roots())]
+        num_nodes = 0
+        while pending:
+            index, parent, above = pending.pop()
+            node = self.node_at(index)
+            num_nodes += 1
+            if index in above or num_nodes > _MAX_NODES or len(above) > _MAX_DEPTH:
+                raise SceneError(self.path, f"its nodes form a ring, or there are too many; {CURE}")
+            with np.errstate(over="ignore", invalid="ignore"):
+                matrix = parent @ self.local_matrices(index, {})[0]
+            if not np.isfinite(matrix).all():
+                raise SceneError(self.path, f"its nodes scale beyond all numbers; {CURE}")
+            yield PlacedNode(node, (*above, index), matrix)
+            pending.extend((child, matrix, (*above, index)) for child in reversed(node.children or []))
+
+    def node_at(self, index: int) -> Node:
+        """A node by its number. Raises SceneError if it does not exist."""
+        return self.item(self.top.nodes, index, "a scene or node refers to nodes")
+
+    def _roots(self) -> list[int]:
+        """The root nodes of the default scene, or all nodes without a parent if there is no scene."""
+        nodes = self.top.nodes or []
+        if nodes and self.top.scenes:
+            scene = self.item(self.top.scenes, self.top.scene or 0, "the model refers to scenes")
+            return scene.nodes or []
+        below = {child for node in nodes for child in node.children or ()}
+        return [index for index in range(len(nodes)) if index not in below]
+
+    def local_matrices(self, index: int, moved: Mapping[str, F64]) -> F64:
+        """[T, 4, 4] parent from node: its matrix, or its rotation (x, y, z, w), scale and translation.
+
+        `moved` holds the animated ones of these three, [T, 3 or 4]; T is 1 if none is animated.
+        """
+        node = self.node_at(index)
+        if node.matrix is not None:
+            if moved:
+                raise SceneError(self.path, f"node {index} has a matrix, so it cannot be animated; {CURE}")
+            matrix = np.array(node.matrix).reshape(4, 4).T
+            if not np.array_equal(matrix[3], (0, 0, 0, 1)):
+                raise SceneError(self.path, f"matrix of node {index} must be affine; {CURE}")
+            return matrix[None]
+        still = {"rotation": node.rotation or (0, 0, 0, 1), "scale": node.scale or (1, 1, 1)}
+        still["translation"] = node.translation or (0, 0, 0)
+        parts = {name: np.array([values], np.float64) for name, values in still.items()} | dict(moved)
+        if not parts["rotation"].any(axis=1).all():
+            raise SceneError(self.path, f"rotation of node {index} must not be zero; {CURE}")
+        matrices = np.tile(np.eye(4), (max(map(len, parts.values())), 1, 1))
+        turns = rotation_matrices(parts["rotation"][:, [3, 0, 1, 2]])
+        matrices[:, :3, :3], matrices[:, :3, 3] = turns * parts["scale"][:, None], parts["translation"]
+        return matrices
+
 
 class GltfArray:
     """Numbers of an accessor, [count, width], converted to float32 when rows are read."""
@@ -266,78 +317,17 @@ class GltfArray:
         return rows
 
 
-@dataclass(frozen=True)
-class PlacedNode:
+class PlacedNode(NamedTuple):
     """A node with its place in the scene."""
 
     node: Node
     chain: tuple[int, ...]  # numbers of the nodes from the root down to this one
     matrix: F64  # [4, 4] world from node, without animations
 
-
-def placed_nodes(file: GltfFile[Any]) -> Iterator[PlacedNode]:
-    """Yield the nodes of the default scene, or all nodes if there is no scene, parents first.
-
-    Raises SceneError if nodes are missing, form a cycle, or are too many.
-    """
-    nothing_above: tuple[int, ...] = ()
-    # Each entry: a node, the matrix of its parent, and the nodes above it.
-    pending = [(root, np.eye(4), nothing_above) for root in reversed(_roots(file))]
-    num_nodes = 0
-    while pending:
-        index, parent, above = pending.pop()
-        node = node_at(file, index)
-        num_nodes += 1
-        if index in above or num_nodes > _MAX_NODES or len(above) > _MAX_DEPTH:
-            raise SceneError(file.path, f"its nodes form a ring, or there are too many; {CURE}")
-        with np.errstate(over="ignore", invalid="ignore"):
-            matrix = parent @ local_matrix(file, index, node)
-        if not np.isfinite(matrix).all():
-            raise SceneError(file.path, f"its nodes scale beyond all numbers; {CURE}")
-        yield PlacedNode(node, (*above, index), matrix)
-        pending.extend((child, matrix, (*above, index)) for child in reversed(node.children or []))
-
-
-def node_at(file: GltfFile[Any], index: int) -> Node:
-    """A node by its number. Raises SceneError if it does not exist."""
-    node: Node = file.item(file.top.nodes, index, "a scene or node refers to nodes")
-    return node
-
-
-def _roots(file: GltfFile[Any]) -> list[int]:
-    """The root nodes of the default scene, or all nodes without a parent if there is no scene."""
-    nodes: list[Node] = file.top.nodes or []
-    if nodes and file.top.scenes:
-        scene: Scene = file.item(file.top.scenes, file.top.scene or 0, "the model refers to scenes")
-        return scene.nodes or []
-    below = {child for node in nodes for child in node.children or ()}
-    return [index for index in range(len(nodes)) if index not in below]
-
-
-def local_matrix(file: GltfFile[Any], index: int, node: Node) -> F64:
-    """[4, 4] parent from node: the matrix of a node, or its translation, rotation (x, y, z, w) and scale."""
-    if node.matrix is not None:
-        matrix = np.array(node.matrix).reshape(4, 4).T
-        if not np.array_equal(matrix[3], (0, 0, 0, 1)):
-            raise SceneError(file.path, f"matrix of node {index} must be affine; {CURE}")
-        return matrix
-    matrix = np.eye(4)
-    rotation, scale, translation = (node_part(node, name) for name in AT_REST)
-    if not rotation.any():
-        raise SceneError(file.path, f"rotation of node {index} must not be zero; {CURE}")
-    matrix[:3, :3] = rotation_matrices(rotation[None, [3, 0, 1, 2]])[0] * scale
-    matrix[:3, 3] = translation
-    return matrix
-
-
-# Default transform of a node.
-AT_REST = {"rotation": (0.0, 0.0, 0.0, 1.0), "scale": (1.0, 1.0, 1.0), "translation": (0.0, 0.0, 0.0)}
-
-
-def node_part(node: Node, name: str) -> F64:
-    """A node's rotation, scale or translation, or its default."""
-    values = getattr(node, name)
-    return np.array(AT_REST[name] if values is None else values, np.float64)
+    @property
+    def is_scene(self) -> bool:
+        """Whether this is the node of the painted scene."""
+        return is_scene_name(self.node.name)
 
 
 _TYPES = {width: name for name, width in _WIDTHS.items()}
@@ -422,12 +412,8 @@ class GlbWriter:
         binary = self._size + -self._size % 4
         total = 12 + 8 + len(text) + (8 + binary if binary else 0)
         if total > MOST_BYTES:
-            rule = f"a GLB file must have less than 4 GiB, got {total / 2**30:.1f}"
-            raise ValueError(f"{rule}; write less into it")
-        file.write(struct.pack("<4sII", b"glTF", 2, total))
-        file.write(struct.pack("<II", len(text), JSON_CHUNK) + text)
+            raise ValueError(f"a GLB file must have less than 4 GiB, got {total / 2**30:.1f}; write less")
+        file.write(struct.pack("<4sIIII", b"glTF", 2, total, len(text), JSON_CHUNK) + text)
         if binary:
             file.write(struct.pack("<II", binary, BINARY_CHUNK))
-            for part in self._parts:
-                file.write(part)
-            file.write(bytes(binary - self._size))
+            file.writelines([*self._parts, bytes(binary - self._size)])

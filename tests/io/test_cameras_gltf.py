@@ -171,7 +171,10 @@ BROKEN = [
     (nodes({}, STRETCHED), "node 'brushgs_scene' must be scaled equally along all axes"),
     (nodes({"translation": [1e17, 0, 0]}), "the position must lie within 1e\\+15 of the origin"),
     (ring(), "its nodes form a ring"),
-    (animated(channel={"sampler": 7}), "translation of node 0 in animation 0 refers to a sampler that is"),
+    (
+        animated(channel={"sampler": 7}),
+        "translation of node 0 in animation 0 refers to samplers 7, which is missing",
+    ),
     (animated(channel={"target": None}), r"animations\[0\]\.channels\[0\]\.target must be an object"),
     (animated(sampler={"interpolation": "BEZIER"}), 'must be "CUBICSPLINE", "LINEAR" or "STEP", got "BEZ'),
     (animated(width=1), "1 number a time and 3 a value, got 1 and 1"),

@@ -6,47 +6,28 @@ a node, the first is used.
 Source: Khronos, glTF 2.0 Specification, sections 3.10 and 3.11, and appendix C.
 """
 
+import re
 from collections.abc import Container
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from msgspec import Meta, Struct, field
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.cameras.animated import (
-    DEFAULT_ASPECT,
-    FoundCamera,
-    FoundScene,
-    LensTrack,
-    Times,
-    camera_file,
-    hermite,
-    slerp,
-)
+from brushgs.formats.cameras import animated
+from brushgs.formats.cameras.animated import FoundCamera, LensTrack
 from brushgs.formats.cameras.read import CameraFile
-from brushgs.formats.gltf_file import (
-    AT_REST,
-    CURE,
-    GltfArray,
-    GltfFile,
-    Index,
-    Model,
-    PlacedNode,
-    is_scene_name,
-    local_matrix,
-    node_at,
-    node_part,
-    placed_nodes,
-)
+from brushgs.formats.gltf_file import CURE, GltfArray, GltfFile, Index, Model, PlacedNode
 from brushgs.values.arrays import F64
-from brushgs.values.quats import rotation_matrices
 
-_WIDTHS = {"translation": 3, "rotation": 4, "scale": 3}
-_YFOV = "yfov"  # part of a camera, animated through KHR_animation_pointer
+_WIDTHS = {"translation": 3, "rotation": 4, "scale": 3, "yfov": 1}
+# A part of a node, or of a camera, that is animated through KHR_animation_pointer.
+_POINTER = re.compile(
+    "/(node)s/([0-9]{1,9})/(translation|rotation|scale)|/(camera)s/([0-9]{1,9})/perspective/(yfov)"
+)
 Interpolation = Literal["LINEAR", "STEP", "CUBICSPLINE"]
 _MIN_ANGLE = 1e-6  # radians
 _MAX_KEYS = 4_000_000  # keyframes of all channels: hours at the rate of film
@@ -105,8 +86,7 @@ class _Model(Model):
 _File = GltfFile[_Model]
 
 
-@dataclass(frozen=True)
-class Channel:
+class Channel(NamedTuple):
     """One animated part of a node or camera."""
 
     times: F64  # [K] times of its keyframes, seconds, ascending
@@ -128,7 +108,7 @@ class Channel:
         if not (np.abs(values) < _MOST).all():  # also false for NaN
             raise SceneError(file.path, f"{self.name} must be finite, with values below 1e18; {CURE}")
         if not self.is_moving:
-            found = np.repeat(values[[1 if is_spline else 0]], len(moments), axis=0)
+            found = np.repeat(values[[int(is_spline)]], len(moments), axis=0)
             return self._unit(file, found) if self.is_rotation else found
         last = len(self.times) - 1
         before = np.clip(np.searchsorted(self.times, moments, side="right") - 1, 0, last - 1)
@@ -140,7 +120,7 @@ class Channel:
             found = np.where(share < 1, values[before], values[before + 1])
         elif self.is_rotation:
             values = self._unit(file, values)
-            found = slerp(values[before], values[before + 1], share)
+            found = animated.slerp(values[before], values[before + 1], share)
         else:
             found = values[before] + share * (values[before + 1] - values[before])
         return self._unit(file, found) if self.is_rotation else found
@@ -176,35 +156,27 @@ def read_channels(file: _File, nodes: Container[int]) -> Channels:
             parts[part] = _channel(file, animation, channel, part, name)
             num_keys += len(parts[part].times)
             if num_keys > _MAX_KEYS:
-                rule = f"its animations must have at most {_MAX_KEYS:,} keys of cameras"
-                raise SceneError(file.path, f"{rule}; export a part of it")
+                raise SceneError(file.path, f"must have at most {_MAX_KEYS:,} keys; export a part of it")
     return found
 
 
 def _target(target: _Target) -> tuple[str, int, str] | None:
     """The target of a channel: "node" or "camera", its number, the part; None if it is not used here."""
     if target.path != "pointer":
-        moves = target.node is not None and target.path in _WIDTHS
+        moves = target.node is not None and target.path in ("translation", "rotation", "scale")
         return ("node", target.node or 0, target.path) if moves else None
     pointed = target.extensions.pointed if target.extensions else None
-    words = pointed.pointer[:100].split("/") if pointed else []
-    if len(words) < 3 or not words[2].isdecimal() or len(words[2]) > 9:
+    if (found := _POINTER.fullmatch(pointed.pointer) if pointed else None) is None:
         return None
-    if len(words) == 4 and words[1] == "nodes" and words[3] in _WIDTHS:
-        return "node", int(words[2]), words[3]
-    is_lens = words[1] == "cameras" and words[3:] == ["perspective", "yfov"]
-    return ("camera", int(words[2]), _YFOV) if is_lens else None
+    owner, number, part = (group for group in found.groups() if group)
+    return owner, int(number), part
 
 
 def _channel(file: _File, animation: _Animation, channel: _StoredChannel, part: str, name: str) -> Channel:
-    samplers = animation.samplers or []
-    if channel.sampler >= len(samplers):
-        raise SceneError(file.path, f"{name} refers to a sampler that is missing; {CURE}")
-    sampler = samplers[channel.sampler]
-    interpolation = sampler.interpolation
-    keys, values = (file.array(sampler.input, f"the times of {name}"), file.array(sampler.output, name))
-    width = _WIDTHS.get(part, 1)
-    if keys.width != 1 or values.width != width:
+    sampler = file.item(animation.samplers, channel.sampler, f"{name} refers to samplers")
+    interpolation, width = sampler.interpolation, _WIDTHS[part]
+    keys, values = file.array(sampler.input, f"the times of {name}"), file.array(sampler.output, name)
+    if (keys.width, values.width) != (1, width):
         rule = f"{name} must have 1 number a time and {width} a value"
         raise SceneError(file.path, f"{rule}, got {keys.width} and {values.width}; {CURE}")
     rows = keys.count * (3 if interpolation == "CUBICSPLINE" else 1)
@@ -230,7 +202,7 @@ def _differ(values: NDArray[Any], interpolation: str) -> bool:
 def _cubic(values: F64, before: NDArray[np.int64], t: F64, length: F64) -> F64:
     """Cubic spline values; each keyframe has in-tangent, value, out-tangent, with tangents per second."""
     leave, arrive = values[2::3][before] * length, values[0::3][before + 1] * length
-    return hermite(values[1::3][before], leave, arrive, values[1::3][before + 1], t)
+    return animated.hermite(values[1::3][before], leave, arrive, values[1::3][before + 1], t)
 
 
 def read(path: Path, content: object = None) -> CameraFile:
@@ -239,20 +211,20 @@ def read(path: Path, content: object = None) -> CameraFile:
     Raises SceneError if it is damaged, or has no usable camera.
     """
     file = GltfFile(path, _Model, "camera file")
-    nodes = list(placed_nodes(file))
+    nodes = list(file.placed_nodes())
     cameras = [some for some in nodes if some.node.camera is not None]
-    scenes = [some for some in nodes if is_scene_name(some.node.name)][:1]
+    scenes = [some for some in nodes if some.is_scene][:1]
     channels = read_channels(file, {index for some in cameras + scenes for index in some.chain})
     scene = None
     for some in scenes:
-        scene = FoundScene(_times(_above(some, channels)), partial(_matrices, file, some, channels))
+        scene = animated.FoundScene(_times(_above(some, channels)), partial(_matrices, file, some, channels))
     found = [(some, *_lens(file, some)) for some in cameras]
     left_out = [name for _, name, lens in found if lens is None]
     kept = [_camera(file, some, name, lens, channels) for some, name, lens in found if lens is not None]
-    return camera_file(path, kept, scene, None, left_out)
+    return animated.camera_file(path, kept, scene, None, left_out)
 
 
-def _times(channels: list[Channel]) -> Times | None:
+def _times(channels: list[Channel]) -> animated.Times | None:
     """First and last keyframe time of the moving channels; None if there are none."""
     ends = [(float(one.times[0]), float(one.times[-1])) for one in channels if one.is_moving]
     return (min(first for first, _ in ends), max(last for _, last in ends)) if ends else None
@@ -273,17 +245,16 @@ def _lens(file: _File, some: PlacedNode) -> tuple[str, _Perspective | None]:
 
 
 def _camera(file: _File, some: PlacedNode, name: str, lens: _Perspective, channels: Channels) -> FoundCamera:
-    yfov, near = lens.yfov, lens.znear
-    aspect = lens.aspect_ratio or DEFAULT_ASPECT
     opening = channels.get(("camera", some.node.camera or 0), {}).get("yfov")
 
     def at(moments: F64) -> tuple[F64, LensTrack]:
-        angles = np.full(len(moments), yfov) if opening is None else opening.at(file, moments)[:, 0]
+        count = len(moments)
+        angles = np.full(count, lens.yfov) if opening is None else opening.at(file, moments)[:, 0]
         if not ((angles > _MIN_ANGLE) & (angles < np.pi)).all():
-            rule = f"yfov of {name} must be above 0 and below half a turn"
-            raise SceneError(file.path, f"{rule}, got {angles.min():g} to {angles.max():g}; {CURE}")
-        focal = 0.5 / np.tan(angles / 2)
-        track = LensTrack(focal, np.zeros((len(moments), 2)), np.full(len(moments), near), aspect)
+            rule = f"must be above 0 and below half a turn, got {angles.min():g} to {angles.max():g}"
+            raise SceneError(file.path, f"yfov of {name} {rule}; {CURE}")
+        near, aspect = np.full(count, lens.znear), lens.aspect_ratio or animated.DEFAULT_ASPECT
+        track = LensTrack(0.5 / np.tan(angles / 2), np.zeros((count, 2)), near, aspect)
         return _matrices(file, some, channels, moments), track
 
     movers = _above(some, channels) + ([] if opening is None else [opening])
@@ -295,26 +266,9 @@ def _matrices(file: _File, some: PlacedNode, channels: Channels, moments: F64) -
     matrices = np.tile(np.eye(4), (len(moments), 1, 1))
     with np.errstate(over="ignore", invalid="ignore"):
         for index in some.chain:
-            matrices = matrices @ _local(file, index, channels, moments)
+            parts = channels.get(("node", index), {})
+            moved = {name: channel.at(file, moments) for name, channel in parts.items()}
+            matrices = matrices @ file.local_matrices(index, moved)
     if not np.isfinite(matrices).all():
         raise SceneError(file.path, f"its nodes scale beyond all numbers; {CURE}")
-    return matrices
-
-
-def _local(file: _File, index: int, channels: Channels, moments: F64) -> F64:
-    """Parent from node: [T, 4, 4], or [4, 4] if the node is not animated."""
-    node = node_at(file, index)
-    parts = channels.get(("node", index))
-    if not parts:
-        return local_matrix(file, index, node)
-    if node.matrix is not None:
-        raise SceneError(file.path, f"node {index} has a matrix, so it cannot be animated; {CURE}")
-    quats, scale, translation = (
-        parts[part].at(file, moments) if part in parts else node_part(node, part)[None] for part in AT_REST
-    )
-    if not quats.any(axis=1).all():
-        raise SceneError(file.path, f"rotation of node {index} must not be zero; {CURE}")
-    matrices = np.tile(np.eye(4), (len(moments), 1, 1))
-    matrices[:, :3, :3] = rotation_matrices(quats[:, [3, 0, 1, 2]]) * scale[:, None, :]
-    matrices[:, :3, 3] = translation
     return matrices

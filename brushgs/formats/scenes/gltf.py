@@ -16,7 +16,7 @@ import warnings
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from msgspec import Struct
@@ -24,16 +24,7 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.files import replacing
-from brushgs.formats.gltf_file import (
-    CURE,
-    SCENE_NODE,
-    Extensions,
-    GlbWriter,
-    GltfArray,
-    GltfFile,
-    Model,
-    placed_nodes,
-)
+from brushgs.formats.gltf_file import CURE, SCENE_NODE, GlbWriter, GltfArray, GltfFile, Model
 from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.placed import NOTES, Part, notes_of, read_notes, rows_of_parts
 from brushgs.formats.scenes.rows import Decoder, SceneFile
@@ -77,7 +68,7 @@ _MAX_PLAIN_GROWTH = 4  # bytes in memory per byte of a file with plain numbers, 
 
 class _Primitive(Struct):
     attributes: dict[str, Any] | None = None
-    extensions: Extensions | None = None
+    extensions: dict[str, Any] | None = None
 
 
 class _Mesh(Struct):
@@ -86,10 +77,8 @@ class _Mesh(Struct):
     @property
     def splats(self) -> list[_Primitive]:
         """Primitives that hold splats."""
-        primitives = self.primitives or []
-        return [
-            some for some in primitives if any("gaussian_splat" in name for name in some.extensions or {})
-        ]
+        named = ((some, " ".join(some.extensions or {})) for some in self.primitives or [])
+        return [some for some, names in named if "gaussian_splat" in names]
 
 
 class _SplatModel(Model):
@@ -128,12 +117,9 @@ def open_scene(path: Path) -> SceneFile:
     rows = open_rows()
     growth = _MAX_GROWTH if packed else _MAX_PLAIN_GROWTH
     check_decoded_size(path, rows.num_rows, rows.num_terms, file.size, max_growth=growth)
+    name = f"glTF with {EXTENSION}{_packing(found)}"
     return SceneFile(
-        path=path,
-        format=f"glTF with {EXTENSION}{_packing(found)}",
-        num_rows=rows.num_rows,
-        num_terms=rows.num_terms,
-        open_rows=open_rows,
+        *(path, name, rows.num_rows, rows.num_terms, open_rows),
         up=None if is_ours else "+y",  # the glTF standard, which every viewer follows
         training=_training(stored, packed if len(packed) == len(found) else []),
         stored=stored,
@@ -153,7 +139,7 @@ def _placed_meshes(file: _File) -> list[tuple[_Mesh, F64]]:
     if not file.top.nodes:
         return [(mesh, np.eye(4)) for mesh in file.top.meshes or []]
     placed = []
-    for some in placed_nodes(file):
+    for some in file.placed_nodes():
         if some.node.mesh is None:
             continue
         if "EXT_mesh_gpu_instancing" in (some.node.extensions or {}):
@@ -179,7 +165,12 @@ class _Attributes:
         self._file, self._attributes = file, primitive.attributes
 
     def find(self, name: str, *widths: int) -> GltfArray | None:
-        """An attribute by its full name, or None. Raises SceneError if it does not have one of the widths."""
+        """An attribute of the standard, of the extension or of an earlier draft, or None.
+
+        Raises SceneError if it does not have one of the widths.
+        """
+        others = f"{EXTENSION}:{name}", f"_{name}", f"_{name.replace('COEF_', 'COEFF_')}"
+        name = next((other for other in others if other in self._attributes), name)
         if name not in self._attributes:
             return None
         array = self._file.array(self._attributes[name], f"attribute {name}")
@@ -188,42 +179,30 @@ class _Attributes:
             raise SceneError(self._file.path, f"{rule}, got {array.width}; {CURE}")
         return array
 
-    def find_own(self, name: str, width: int) -> GltfArray | None:
-        """An attribute of the extension or of an earlier draft, or None."""
-        return self.find(f"{EXTENSION}:{name}", width) or self.find(f"_{name}", width)
+    def lack(self, name: str) -> NoReturn:
+        """Raise SceneError for a missing attribute."""
+        raise SceneError(self._file.path, f"a primitive of splats has no attribute {name}; {CURE}")
 
-    def require(self, name: str, *choices: GltfArray | None) -> GltfArray:
-        """The first of `choices` that is not None. Raises SceneError if there is none."""
-        found = next((choice for choice in choices if choice is not None), None)
-        if found is None:
-            raise SceneError(self._file.path, f"a primitive of splats has no attribute {name}; {CURE}")
-        return found
-
-    def rest(self) -> tuple[GltfArray, ...]:
+    def rest(self) -> list[GltfArray]:
         """Coefficients from degree 1 to the first missing degree. Raises SceneError if one is partial."""
         rest: list[GltfArray] = []
         for degree in (1, 2, 3):
-            names = [f"SH_DEGREE_{degree}_COEF_{index}" for index in range(2 * degree + 1)]
-            found = [
-                self.find_own(name, 3) or self.find_own(name.replace("COEF_", "COEFF_"), 3) for name in names
-            ]
+            found = [self.find(f"SH_DEGREE_{degree}_COEF_{index}", 3) for index in range(2 * degree + 1)]
             complete = [array for array in found if array is not None]
-            if complete and len(complete) < len(names):
-                rule = f"attributes of splats must have all {len(names)} coefficients of degree {degree}"
-                raise SceneError(self._file.path, f"{rule}, got {len(complete)}; {CURE}")
             if not complete:
                 break
+            if len(complete) < len(found):
+                rule = f"attributes of splats must have all {len(found)} coefficients of degree {degree}"
+                raise SceneError(self._file.path, f"{rule}, got {len(complete)}; {CURE}")
             rest += complete
-        return tuple(rest)
+        return rest
 
 
 def _why_no_splats(top: _SplatModel) -> str:
     """The message about a model without splats, which may be a painting exported for viewing."""
     if str(top.asset.generator).startswith("brushgs ") and top.textures:
         fact = "holds a painting as textured rectangles, which cannot be painted again"
-        return (
-            f"{fact}; paint the scene it was made of, or write that with 'brushgs cluster SCENE -o FILE.glb'"
-        )
+        return f"{fact}; paint the scene it was made of, or 'brushgs cluster SCENE -o FILE.glb'"
     return f"is a glTF model without Gaussian splats; export the splats as .ply, or with {EXTENSION}"
 
 
@@ -244,28 +223,27 @@ def _open_splats(
     if packed is not None:
         counts = packed.num_rows, packed.num_terms
         return Part(*counts, partial(_unpacking, packed), Encoding(opacities="linear"), matrix), packed
-    attributes = _Attributes(file, primitive)
-    means = attributes.require("POSITION", attributes.find("POSITION", 3))
-    quats, scales = (
-        attributes.require(f"{EXTENSION}:{name}", attributes.find_own(name, width))
-        for name, width in (("ROTATION", 4), ("SCALE", 3))
-    )
-    fallback = attributes.find("COLOR_0", 3, 4)
+    return _open_plain(file, _Attributes(file, primitive), matrix), None
+
+
+def _open_plain(file: _File, attributes: _Attributes, matrix: F64) -> Part:
+    """The splats of a primitive whose attributes are plain numbers."""
+    find, lack = attributes.find, attributes.lack
+    means = find("POSITION", 3) or lack("POSITION")
+    quats = find("ROTATION", 4) or lack(f"{EXTENSION}:ROTATION")
+    scales = find("SCALE", 3) or lack(f"{EXTENSION}:SCALE")
+    fallback, degree_0 = find("COLOR_0", 3, 4), find("SH_DEGREE_0_COEF_0", 3)
     alpha = fallback if fallback is not None and fallback.width == 4 else None
-    opacities = attributes.require(f"{EXTENSION}:OPACITY", attributes.find_own("OPACITY", 1), alpha)
-    degree_0 = attributes.find_own("SH_DEGREE_0_COEF_0", 3)
-    colors = attributes.require(f"{EXTENSION}:SH_DEGREE_0_COEF_0", degree_0, fallback)
+    opacities = find("OPACITY", 1) or alpha or lack(f"{EXTENSION}:OPACITY")
+    colors = degree_0 or fallback or lack(f"{EXTENSION}:SH_DEGREE_0_COEF_0")
     rest = attributes.rest()
     for array in (quats, scales, opacities, colors, *rest):
         if array.count != means.count:
             rule = f"attributes of splats must all have {means.count} rows, like POSITION"
             raise SceneError(file.path, f"{rule}, got {array.count}; {CURE}")
-    are_logs = any(
-        (scales.read(start, start + _BLOCK_ROWS) < 0).any() for start in range(0, scales.count, _BLOCK_ROWS)
-    )
-    encoding = Encoding(
-        "log" if are_logs else "linear", "linear", "xyzw", "rgb" if degree_0 is None else "sh"
-    )
+    starts = range(0, scales.count, _BLOCK_ROWS)
+    are_logs = any((scales.read(start, start + _BLOCK_ROWS) < 0).any() for start in starts)
+    encoding = Encoding("log" if are_logs else "linear", "linear", "xyzw", "sh" if degree_0 else "rgb")
 
     def read(start: int, stop: int, out: Columns) -> None:
         out.means[:] = means.read(start, stop)
@@ -276,7 +254,7 @@ def _open_splats(
         for term, array in enumerate(rest, start=1):
             out.sh[:, term] = array.read(start, stop)
 
-    return Part(means.count, 1 + len(rest), lambda: read, encoding, matrix), None
+    return Part(means.count, 1 + len(rest), lambda: read, encoding, matrix)
 
 
 def _unpacking(packed: SceneFile) -> Decoder:
@@ -350,10 +328,6 @@ def _primitive(model: GlbWriter, rows: Gaussians) -> dict[str, Any]:
         name: model.accessor(column.astype(np.float32), "vertices", has_bounds=name == "POSITION")
         for name, column in _columns(rows)
     }
-    own = {
-        "kernel": "ellipse",
-        "colorSpace": "srgb_rec709_display",
-        "projection": "perspective",
-        "sortingMethod": "cameraDistance",
-    }
+    own = {"kernel": "ellipse", "colorSpace": "srgb_rec709_display", "projection": "perspective"}
+    own["sortingMethod"] = "cameraDistance"
     return {"mode": _POINTS, "attributes": attributes, "extensions": {EXTENSION: own}}
