@@ -13,25 +13,25 @@ import tempfile
 import warnings
 import zipfile
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import prod
 from pathlib import Path
 from tokenize import TokenError
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.lib import format as npy
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import open_plain, read_exactly
-from brushgs.formats.moving.formula import NOMINAL_RATE
+from brushgs.formats.files import cut_off, open_plain, read_exactly
+from brushgs.formats.moving.formula import NOMINAL_RATE, open_nothing
 from brushgs.formats.moving.kept import Kept, Moments, keep_rows
 from brushgs.formats.scenes.columns import STANDARD, Columns
+from brushgs.formats.scenes.open_file import join_notes
+from brushgs.formats.scenes.rows import SceneFile
 from brushgs.formats.zip_file import open_member, open_zip
 from brushgs.values.arrays import F32, Array
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.moving import MovingScene
-from brushgs.values.notes import LoadNotes
 from brushgs.values.sh import C0
 
 _LOCAL_HEADER = 30  # bytes before the name of a member
@@ -47,8 +47,7 @@ _HEADER_FAULTS = (
 _CURE = "save it again with numpy.savez"
 
 
-@dataclass(frozen=True, eq=False)
-class StoredArray:
+class StoredArray(NamedTuple):
     """An array of floats stored in a file."""
 
     path: Path  # the archive, for messages
@@ -57,6 +56,11 @@ class StoredArray:
     start: int  # offset of its first byte in the file
     # memory map of a temporary file, deleted with the map; None for an array read from the archive itself
     unpacked: Array | None = None
+
+    @property
+    def moments(self) -> int | None:
+        """Number of moments; None if the array is constant in time."""
+        return self.shape[0] if len(self.shape) == 3 else None
 
     def read(self, index: int | None = None) -> F32:
         """The whole array, or one entry of its first axis. Raises SceneError if the file became shorter."""
@@ -140,7 +144,7 @@ def _start_of(path: Path, member: zipfile.ZipInfo, name: str) -> int:
         start = member.header_offset + _LOCAL_HEADER + lengths
         if start + member.file_size <= size:
             return start
-    raise SceneError(path, f"its array {name!r} is cut off; download or copy it again")
+    raise cut_off(path, f"its array {name!r} is not complete")
 
 
 def _unpacked(path: Path, file: Any, member: zipfile.ZipInfo, name: str, dtype: np.dtype[Any]) -> Array:
@@ -175,22 +179,20 @@ class Params:
         self.path = path
         self._arrays, others = open_npz(path, _WIDTHS)
         self.num_rows = self._check_shapes()
-        self.num_moments = max(self._count(array) or 1 for array in self._arrays.values())
+        self.num_moments = max(array.moments or 1 for array in self._arrays.values())
         self.others = tuple(name for name in others if name not in _KNOWN)
         self._moments = Moments(self._read)
         self._has_told = False
 
     def sample(self, time: float) -> Gaussians:
         """The Gaussians at a time in seconds, interpolated between two moments."""
-        position = min(time * NOMINAL_RATE, self.num_moments - 1)
-        nearest = round(position)
-        return self._moments.at(nearest if abs(position - nearest) < 1e-6 else position)
+        return self._moments.at(min(time * NOMINAL_RATE, self.num_moments - 1))
 
     def _check_shapes(self) -> int:
         """The number of Gaussians. Raises SceneError if array shapes do not match."""
         means = self._arrays["means3D"]
         num_rows = means.shape[-2] if len(means.shape) in (2, 3) else 0
-        count = self._count(means) if len(means.shape) == 3 else 1
+        count = 1 if means.moments is None else means.moments
         for name, widths in _WIDTHS.items():
             shape = self._arrays[name].shape
             rest = shape[-2:] if len(shape) in (2, 3) else ()
@@ -202,11 +204,6 @@ class Params:
         if num_rows == 0 or not count:
             raise SceneError(self.path, f"holds no Gaussians: means3D is {list(means.shape)}; train it again")
         return num_rows
-
-    @staticmethod
-    def _count(array: StoredArray) -> int | None:
-        """Number of moments of an array; None if it is constant in time."""
-        return array.shape[0] if len(array.shape) == 3 else None
 
     def _read(self, index: int) -> Kept:
         """Read one moment."""
@@ -225,8 +222,7 @@ class Params:
 
     def _column(self, name: str, index: int) -> F32:
         array = self._arrays[name]
-        count = self._count(array)
-        return array.read(None if count is None else min(index, count - 1))
+        return array.read(None if array.moments is None else min(index, array.moments - 1))
 
     def __reduce__(self) -> tuple[object, ...]:
         """Pickle the path alone: scenes are sent to other processes, temporary files cannot be."""
@@ -240,15 +236,9 @@ def open_moving(path: Path) -> MovingScene:
     """
     params = Params(path)
     count = params.num_moments
-    notes = LoadNotes(
-        format=f"Dynamic3DGaussians, {count:,} moment{'s' * (count > 1)}",
-        rows_read=params.num_rows,
-        rows_dropped=0,
-        sh_degree_stored=0,
-        sh_degree_used=0,
-        up=None,
-        unknown=params.others,
-    )
+    name = f"Dynamic3DGaussians, {count:,} moment{'s' * (count > 1)}"
+    file = SceneFile(path, name, params.num_rows, 1, open_nothing, unknown=params.others)
+    notes = join_notes([file], rows_dropped=0, sh_degree_used=0)
     times = np.arange(count) / NOMINAL_RATE
     resting = np.ones(params.num_rows, bool) if count == 1 else None
     return MovingScene(float(times[-1]), True, params.sample, times=times, resting=resting, notes=notes)

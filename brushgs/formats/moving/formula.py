@@ -46,8 +46,7 @@ class RawRows:
         yield self.width_name, self.widths, np.isnan(self.widths)
         most = reach(self.centers.astype(np.float64), *clock)[:, None]
         powers = np.arange(1, self.motion.shape[1] + 1)
-        farthest = np.abs(self.columns.means)
-        farthest = farthest + np.einsum("npc,np->nc", np.abs(self.motion), most**powers)
+        farthest = np.abs(self.columns.means) + np.einsum("npc,np->nc", np.abs(self.motion), most**powers)
         for index, name in enumerate("xyz"):
             yield f"{name} over time", farthest[:, index], ~(farthest[:, index] < _LARGEST)
         if self.spin is not None:
@@ -58,9 +57,8 @@ class RawRows:
         """The rows where a mask is True; `columns` is compacted in place."""
         self.columns.move(keep, 0)
         names = ("centers", "widths", "motion", "spin", "scales", "windows")
-        kept: dict[str, Any] = {
-            name: column[keep] for name in names if (column := getattr(self, name)) is not None
-        }
+        found = {name: getattr(self, name) for name in names}
+        kept: dict[str, Any] = {name: column[keep] for name, column in found.items() if column is not None}
         return replace(self, columns=self.columns.part(0, int(np.count_nonzero(keep))), stored={}, **kept)
 
 

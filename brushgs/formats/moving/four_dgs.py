@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import open_plain
+from brushgs.formats.files import cut_off, damaged, open_plain
 from brushgs.formats.moving.formula import RawRows, clip_of, open_nothing
 from brushgs.formats.scenes.columns import Columns, Encoding
 from brushgs.formats.scenes.rows import SceneFile
@@ -79,12 +79,12 @@ def _read(path: Path) -> Any:
     try:
         return fourdgs.read(content, recover_truncated=False)
     except fourdgs.TruncatedFile as error:
-        raise SceneError(path, f"is cut off ({error}); copy or download it again") from None
+        raise cut_off(path, str(error)) from None
     except (fourdgs.UnsupportedCodec, fourdgs.UnsupportedVersion) as error:
         cure = "name the scene files of its moments that it was made of"
         raise SceneError(path, f"is a .4dgs scene that is not read ({error}); {cure}") from None
     except (fourdgs.FourdgsError, *_DAMAGED) as error:
-        raise SceneError(path, f"is damaged ({error}); copy or download it again") from None
+        raise damaged(path, str(error)) from None
 
 
 def _harmonics(stored: Any) -> F32:
@@ -107,9 +107,7 @@ def _on_tracks(path: Path, scene: Any, moving: MovingScene) -> MovingScene:
         return moving
     assert moving.notes is not None
     if moving.notes.rows_dropped:
-        raise SceneError(
-            path, "has rows that cannot be drawn among things that move on tracks; export it again"
-        )
+        raise SceneError(path, "has rows that cannot be drawn among things on tracks; export it again")
 
     def sample(time: float) -> Gaussians:
         moment = moving.sample(time)

@@ -24,23 +24,17 @@ from functools import cached_property
 from itertools import pairwise
 from math import ceil, gcd
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import NoGaussiansError, SceneError, SceneWarning
 from brushgs.formats.files import check_plain, is_dir
-from brushgs.formats.moving.kept import NO_ROWS, Kept, Moments, keep_rows
+from brushgs.formats.moving.kept import EXACT, NO_ROWS, Kept, Moments, keep_rows
 from brushgs.formats.registry import formats_of, suffixes_of
 from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding
-from brushgs.formats.scenes.open_file import (
-    drop_unnamed_brushes,
-    find_parts,
-    join_notes,
-    open_file,
-    warn_of_other_encoding,
-)
+from brushgs.formats.scenes.open_file import drop_brushes, find_parts, join_notes, open_file, warn_of_encoding
 from brushgs.formats.scenes.rows import SceneFile
 from brushgs.options.choices import MOMENTS_PER_SECOND
 from brushgs.options.scene_source import SceneSource
@@ -67,8 +61,7 @@ _LEAST_FILLED = 0.5
 Kind = Literal["moments", "unsure", "others"]
 
 
-@dataclass(frozen=True, eq=False)
-class Series:
+class Series(NamedTuple):
     """Files whose names share a prefix and differ in their number, sorted by number."""
 
     paths: tuple[Path, ...]  # [F] the files or folders
@@ -163,7 +156,6 @@ def _shown(path: Path) -> str:
 
 _FEWEST_UNSURE = 3  # files needed to be taken for moments if their names do not say so
 _NUM_HEADERS = 64  # headers whose number of rows is compared
-_EXACT = 1e-6  # share of the time between two files; a time nearer than this to a file is that file
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,11 +172,6 @@ class Frames:
     def _moments(self) -> Moments:
         return Moments(self._read)
 
-    @property
-    def paths(self) -> tuple[Path, ...]:
-        """[F] the files, in order of time."""
-        return self.series.paths
-
     @cached_property
     def times(self) -> F64:
         """[F] sample times in seconds, ascending from 0."""
@@ -196,10 +183,10 @@ class Frames:
         return (int(self.series.slots[-1]) + 1) / self.rate
 
     def position(self, time: float) -> float:
-        """Fractional file index of a time, 0 to F - 1; an integer within `_EXACT` of a file."""
+        """Fractional file index of a time, 0 to F - 1; an integer within `EXACT` of a file."""
         position = float(np.interp(time, self.times, np.arange(len(self.times))))
         nearest = round(position)
-        return float(nearest) if abs(position - nearest) < _EXACT else position
+        return float(nearest) if abs(position - nearest) < EXACT else position
 
     def nearest(self, time: float) -> int:
         """Index of the file nearest in time; the earlier of two equally near."""
@@ -211,7 +198,7 @@ class Frames:
         Raises SceneError if the file is missing, no scene, or damaged.
         """
         try:
-            return open_file(self.paths[index], self.lod)
+            return open_file(self.series.paths[index], self.lod)
         except NoGaussiansError:
             return None
 
@@ -223,8 +210,9 @@ class Frames:
         see `have_same_rows`: a scene may change abruptly in one pair (a firework bursts), but moments trained
         independently match in none. Moments that cannot be read, or hold no Gaussians, are skipped here.
         """
-        last = len(self.paths) - 1
-        if len({self._count(index) for index in _spread(last + 1)} - {None, 0}) > 1:
+        last = len(self.series.paths) - 1
+        some = np.unique(np.linspace(0, last, min(last + 1, _NUM_HEADERS)).round().astype(int)).tolist()
+        if len({self._count(index) for index in some} - {None, 0}) > 1:
             return False
         found = [self._correspond(start, start + 1) for start in sorted({0, last // 2, last - 1})]
         return found.count(True) > found.count(False)
@@ -249,7 +237,7 @@ class Frames:
         """The notes of the first moment with Gaussians, used for the whole clip."""
         file = self._head[1]
         notes = join_notes([file], rows_dropped=0, sh_degree_used=SH_TERMS[file.num_terms])
-        what = f"{len(self.paths):,} moments at {self.rate:g} a second, {file.format}"
+        what = f"{len(self.series.paths):,} moments at {self.rate:g} a second, {file.format}"
         return replace(notes, format=what, moments_per_second=self.rate)
 
     def scene(self) -> MovingScene:
@@ -263,10 +251,11 @@ class Frames:
 
         Raises SceneError if there is none, or one before it cannot be read.
         """
-        for index in range(len(self.paths)):
+        for index in range(len(self.series.paths)):
             if file := self.file(index):
                 return index, file
-        raise SceneError(self.paths[0], "and all moments after it hold no Gaussians; export them again")
+        fact = "and all moments after it hold no Gaussians"
+        raise SceneError(self.series.paths[0], f"{fact}; export them again")
 
     def _check_count(self, index: int) -> None:
         """Refuse a moment whose number of rows differs from that of the first."""
@@ -274,7 +263,7 @@ class Frames:
         if count not in (0, head.num_rows):
             what = f"holds {count:,} Gaussians and {head.path.name} {head.num_rows:,}"
             cure = "though rows correspond in the moments that were compared; export it again or remove it"
-            raise SceneError(self.paths[index], f"{what}, {cure}")
+            raise SceneError(self.series.paths[index], f"{what}, {cure}")
 
     def _count(self, index: int) -> int | None:
         """Number of rows in the header of a moment; None if it cannot be read."""
@@ -302,7 +291,7 @@ class Frames:
         columns, dropped = file.read_columns(self.encoding)
         if not dropped.num_rows:
             if self.encoding.is_standard and not file.has_fixed_encoding and self._is_first("encoding"):
-                warn_of_other_encoding(file.path, columns)
+                warn_of_encoding(file.path, columns)
             self._check_brushes(file, columns)
             return Kept(columns.gaussians(antialiased=antialiased))
         del columns
@@ -315,7 +304,7 @@ class Frames:
 
     def _check_brushes(self, file: SceneFile, columns: Columns) -> None:
         """Drop the brushes of strokes if they refer to another set than those of the first moment."""
-        drop_unnamed_brushes(file, columns)
+        drop_brushes(file, columns)
         head = self._head[1]
         if columns.brushes is not None and file.stored.brushes != head.stored.brushes:
             columns.brushes = None
@@ -343,8 +332,7 @@ def open_frames(source: SceneSource) -> MovingScene | None:
     Raises SceneError if a folder holds no scene, the first moment is no scene or is damaged, or two files
     have the same number.
     """
-    clip = find_frames(source)
-    return None if clip is None else clip.scene()
+    return clip.scene() if (clip := find_frames(source)) else None
 
 
 def find_frames(source: SceneSource, encoding: Encoding = STANDARD) -> Frames | None:
@@ -383,8 +371,3 @@ def _looks_like_moments(clip: Frames) -> bool:
     what = f"{series.span} lie in one place and are taken for moments of a moving scene"
     warnings.warn(SceneWarning(f"{what}; if they are parts of one scene, add --time all"), stacklevel=2)
     return True
-
-
-def _spread(count: int) -> Sequence[int]:
-    """Indices of up to 64 of `count` moments, evenly spaced from first to last."""
-    return [int(index) for index in np.unique(np.linspace(0, count - 1, min(count, _NUM_HEADERS)).round())]

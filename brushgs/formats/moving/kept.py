@@ -75,6 +75,7 @@ def keep_rows(rows: Columns, encoding: Encoding, *, antialiased: bool) -> tuple[
 
 
 NUM_IN_MEMORY = 2  # moments, beside the one interpolated between them
+EXACT = 1e-6  # share of the time between two moments; a time nearer than this to a moment is that moment
 
 
 class Moments:
@@ -85,12 +86,11 @@ class Moments:
         self._kept: OrderedDict[int, Kept] = OrderedDict()
 
     def __getitem__(self, index: int) -> Kept:
-        if index in self._kept:
-            self._kept.move_to_end(index)
-            return self._kept[index]
-        while len(self._kept) >= NUM_IN_MEMORY:
-            self._kept.popitem(last=False)
-        self._kept[index] = self._read(index)
+        if index not in self._kept:
+            while len(self._kept) >= NUM_IN_MEMORY:
+                self._kept.popitem(last=False)
+            self._kept[index] = self._read(index)
+        self._kept.move_to_end(index)
         return self._kept[index]
 
     def at(self, position: float, first: int = 0) -> Gaussians:
@@ -99,10 +99,10 @@ class Moments:
         Rows must correspond. Undrawable rows, and those of an empty moment, have opacity 0 and take their
         pose from the other moment, or from `first`, the index of a moment with Gaussians.
         """
-        before = int(position)
-        if position == before:
-            kept = self[before]
+        if abs(position - round(position)) < EXACT:
+            kept = self[round(position)]
             return kept.gaussians if kept.is_whole else kept.placed_like(self[first].gaussians)
+        before = int(position)
         one, other = self[before], self[before + 1]
         if not len(one.gaussians) and not len(other.gaussians):
             return one.placed_like(self[first].gaussians)

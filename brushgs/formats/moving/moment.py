@@ -2,7 +2,7 @@
 
 import warnings
 from collections.abc import Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -33,17 +33,16 @@ def open_formula(source: SceneSource) -> MovingScene | None:
     if row is None:
         _warn_of_networks(source.paths)
         return None
-    fault = None
-    if row.read is None:
-        fault = row.cure
-    elif len(source.paths) > 1:
-        fault = "which moves by itself; name it alone"
-    elif source.lod is not None:
-        fault = "which has no levels of detail; omit the level (lod)"
-    elif source.moments_per_second is not None:
-        fault = "one file that moves, not numbered moments; omit their rate (--moments-per-second)"
-    if fault is not None:
-        raise SceneError(path, f"is a {row.name}, {fault}")
+    rated = "one file that moves, not numbered moments; omit their rate (--moments-per-second)"
+    faults = (
+        (row.read is None, row.cure),
+        (len(source.paths) > 1, "which moves by itself; name it alone"),
+        (source.lod is not None, "which has no levels of detail; omit the level (lod)"),
+        (source.moments_per_second is not None, rated),
+    )
+    for is_so, fault in faults:
+        if is_so:
+            raise SceneError(path, f"is a {row.name}, {fault}")
     open_moving = function_of(row.read)
     # Values beyond float32 become infinite and NaN stays NaN: the readers drop both.
     with np.errstate(all="ignore"):
@@ -58,16 +57,11 @@ def find_moving(path: Path) -> Format | None:
     packages are tried last, and only for files that are no known still scene.
     """
     begin = b""
-    if not is_dir(path):
-        try:
-            if not is_plain(path):
-                return None
-            with path.open("rb", buffering=0) as file:
-                begin = file.read(NUM_FIRST_BYTES)
-        except OSError:
-            return None
-        if not begin:
-            return None
+    if is_plain(path):
+        with suppress(OSError), path.open("rb", buffering=0) as file:
+            begin = file.read(NUM_FIRST_BYTES)
+    if not begin and not is_dir(path):
+        return None
     own = next((row for row in formats_of("clip") if row.matches(path, begin)), None)
     if own is not None or not begin or any(row.matches(path, begin) for row in SCENE_FORMATS):
         return own
@@ -140,12 +134,11 @@ def _of_clip(clip: Frames, time: float) -> SceneFile:
     """A file of a clip, or the Gaussians interpolated between two."""
     position = clip.position(time)
     if abs(position - round(position)) > _NEARLY and clip.has_rows:
-        made = _made(clip.scene(), clip.paths[int(position)], time)
+        made = _made(clip.scene(), clip.series.paths[int(position)], time)
         return replace(made, has_fixed_encoding=clip.encoding.is_standard)  # others are already decoded
     index = clip.nearest(time)
-    file = clip.file(index)
-    if file is None:
-        raise SceneError(clip.paths[index], f"holds no Gaussians; {_CURE}")
+    if (file := clip.file(index)) is None:
+        raise SceneError(clip.series.paths[index], f"holds no Gaussians; {_CURE}")
     words = _in_words(float(clip.times[index]), clip.duration)
     return replace(file, format=f"{file.format}, {words}", moment=time)
 
@@ -165,22 +158,18 @@ def _made(moving: MovingScene, path: Path, time: float) -> SceneFile:
         if out.brushes is not None and gaussians.brushes is not None:
             out.brushes[:] = gaussians.brushes[start:stop]
 
+    num_rows, num_terms = len(gaussians), gaussians.sh.shape[1]
     rows = RowSource(
-        len(gaussians),
-        gaussians.sh.shape[1],
-        lambda: nullcontext(decode),
-        block_rows=max(len(gaussians), 1),
+        *(num_rows, num_terms, lambda: nullcontext(decode), num_rows),
         encoding=Encoding(scales="linear"),
         has_brushes=gaussians.brushes is not None,
-        count_used=lambda: int(gaussians.sh.shape[1]),
+        count_used=lambda: num_terms,
         is_active=True,
         num_dropped=notes.rows_dropped,
     )
+    name = f"{notes.format}, {_in_words(time, moving.duration)}"
     return SceneFile(
-        path=path,
-        format=f"{notes.format}, {_in_words(time, moving.duration)}",
-        num_rows=len(gaussians) + notes.rows_dropped,
-        num_terms=gaussians.sh.shape[1],
+        *(path, name, num_rows + notes.rows_dropped, num_terms),
         open_rows=lambda encoding=STANDARD: rows,  # other encodings are already decoded
         up=notes.up,
         training=notes.training,

@@ -10,9 +10,10 @@ al. 2025, FreeTimeGS, equations 1 and 4; version 1 of the layout of FreeTimeGsVa
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf, sqrt
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,8 +27,7 @@ from brushgs.values.arrays import F32
 from brushgs.values.moving import MovingScene
 
 
-@dataclass(frozen=True)
-class TimedPly:
+class TimedPly(NamedTuple):
     """All rows of a PLY file, not yet checked."""
 
     file: SceneFile  # header of the file
@@ -75,10 +75,8 @@ def open_spacetime(path: Path) -> MovingScene:
     rows.columns.standardize(Encoding(colors="rgb"))
     stored = {name: rows.more[name] for name in ("trbf_center", *_MOTION, *_SPIN)}
     motion = rows.stack(*_MOTION).reshape(-1, 3, 3)
-    raw = RawRows(
-        rows.columns, stored, rows.more["trbf_center"], widths, "trbf_scale", motion, rows.stack(*_SPIN)
-    )
-    return clip_of(rows.file, raw)
+    centers, spin = rows.more["trbf_center"], rows.stack(*_SPIN)
+    return clip_of(rows.file, RawRows(rows.columns, stored, centers, widths, "trbf_scale", motion, spin))
 
 
 _VELOCITY = tuple(f"velocity_{index}" for index in range(3))

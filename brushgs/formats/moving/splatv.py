@@ -12,7 +12,7 @@ from msgspec import Meta, Struct
 from numpy.typing import NDArray
 
 from brushgs.errors import SceneError
-from brushgs.formats.files import open_plain, read_exactly
+from brushgs.formats.files import cut_off, open_plain, read_exactly
 from brushgs.formats.moving.formula import RawRows, clip_of, open_nothing
 from brushgs.formats.scenes.columns import Columns, Encoding
 from brushgs.formats.scenes.rows import SceneFile
@@ -23,13 +23,15 @@ _MAX_HEADER = 1 << 24  # bytes of the JSON; a file with one camera has 452
 _MAX_SIZE = 1 << 50  # bytes of a texture, as stated in the JSON
 # A row: position, quaternion w, x, y, z, scales and a zero, red, green, blue and opacity, nine coefficients
 # of motion and a zero, four of rotation, center, width. Halves and bytes are packed low half first.
-_ROW = np.dtype(
-    [
-        *(("means", "<f4", 3), ("quats", "<f2", 4), ("scales", "<f2", 3), ("zero", "<f2"), ("rgba", "u1", 4)),
-        *(("motion", "<f2", (3, 3)), ("zeros", "<f2"), ("spin", "<f2", 4), ("center", "<f2")),
-        ("width", "<f2"),
-    ]
-)
+_STILL = [("means", "<f4", 3), ("quats", "<f2", 4), ("scales", "<f2", 3), ("zero", "<f2"), ("rgba", "u1", 4)]
+_TIMED = [
+    ("motion", "<f2", (3, 3)),
+    ("zeros", "<f2"),
+    ("spin", "<f2", 4),
+    ("center", "<f2"),
+    ("width", "<f2"),
+]
+_ROW = np.dtype(_STILL + _TIMED)
 assert _ROW.itemsize == 64
 _ENCODING = Encoding(scales="linear", colors="byte")
 _CURE = "export it again"
@@ -79,7 +81,7 @@ def _read_rows(path: Path, file: BinaryIO) -> NDArray[np.void]:
     if there < stated and (there + texture_row <= stated or there % _ROW.itemsize):
         missing = stated - texture_row + 1 - there
         fact = f"{missing} bytes are missing at least" if missing > 0 else "its last Gaussian is not complete"
-        raise SceneError(path, f"is cut off: {fact}; copy or download it again")
+        raise cut_off(path, fact)
     rows = np.empty(max(there, 0) // _ROW.itemsize, _ROW)
     read_exactly(path, file, start, memoryview(rows.view(np.uint8).data))
     return rows
@@ -89,13 +91,12 @@ def _find_texture(path: Path, file: BinaryIO, size: int) -> tuple[int, _Chunk]:
     """Offset of the texture of Gaussians, and its chunk in the header."""
     begin = bytearray(8)
     if size < len(begin):
-        raise SceneError(path, f"is cut off: {size} bytes are there; copy or download it again")
+        raise cut_off(path, f"{size} bytes are there")
     read_exactly(path, file, 0, memoryview(begin))
     length = int.from_bytes(begin[4:], "little")
     start = len(begin) + length
     if length > _MAX_HEADER or start > size:
-        rule = f"its header has {length} bytes, the file {size}"
-        raise SceneError(path, f"is damaged or cut off: {rule}; copy or download it again")
+        raise cut_off(path, f"its header has {length} bytes, the file {size}")
     content = bytearray(length)
     read_exactly(path, file, len(begin), memoryview(content))
     chunks = decode(path, bytes(content), list[_Chunk], "copy or download it again", root="header")

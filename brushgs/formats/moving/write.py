@@ -30,10 +30,9 @@ def check_moments_folder(folder: Path) -> None:
             raise SceneError(folder, "is a file, not a folder; choose another name")
         return
     try:
-        others = [path.name for path in sorted(folder.iterdir()) if not _may_go(path)]
+        others = [path.name for path in sorted(folder.iterdir()) if path.name[0] != "." and not _may_go(path)]
     except OSError as error:
         raise SceneError(folder, f"cannot be read ({error.strerror}); check its permissions") from None
-    others = [name for name in others if not name.startswith(".")]
     if others:
         more = f" and {len(others) - 1:,} more" if len(others) > 1 else ""
         fact = f"holds {others[0]}{more}, which brushgs did not write as moments"

@@ -118,9 +118,13 @@ class Columns:
                 setattr(part, name, values[:0])
         return whole
 
+    def take(self, rows: NDArray[np.intp] | slice) -> "Columns":
+        """Rows by number, as copies, or a range of rows as views."""
+        return Columns(**{name: column[rows] for name, column in self._present().items()})
+
     def part(self, start: int, stop: int) -> "Columns":
         """Rows `start` to `stop` as views."""
-        return Columns(**{name: column[start:stop] for name, column in self._present().items()})
+        return self.take(slice(start, stop))
 
     def move(self, rows: Mask | slice, start: int) -> None:
         """Copy the selected rows to the rows from `start` on."""
@@ -288,14 +292,6 @@ class Dropped:
 
 
 Faults = Iterable[tuple[str, Array, Mask]]  # name, values and bad rows of a column
-
-
-def drop_faults(block: Columns, first_row: int, num_rest: int) -> Dropped:
-    """Move the drawable rows to the front of a block, in order. Arguments are as in `find_faults`."""
-    keep, dropped = find_faults(block, first_row, num_rest)
-    if keep is not None:
-        block.move(keep, 0)
-    return dropped
 
 
 def find_faults(

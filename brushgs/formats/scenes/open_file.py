@@ -14,14 +14,7 @@ from pathlib import Path
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.files import check_plain, is_dir, open_plain
 from brushgs.formats.format import BYTE_ORDER_MARK, NUM_FIRST_BYTES, ZIP_BEGINNINGS, Format
-from brushgs.formats.registry import (
-    SCENE_FORMATS,
-    SCENES_READ,
-    find_read,
-    formats_of,
-    function_of,
-    suffixes_of,
-)
+from brushgs.formats.registry import SCENES_READ, find_read, formats_of, function_of, suffixes_of
 from brushgs.formats.scenes.columns import Columns
 from brushgs.formats.scenes.rows import SceneFile
 from brushgs.options.scene_source import expand
@@ -88,7 +81,7 @@ def _what_it_is(path: Path, begin: bytes) -> str:
 
 
 _DEEP, _FAR = 3, 1000  # levels of folders, and entries, searched for a scene to name in a message
-_IN_FOLDERS = [row for row in SCENE_FORMATS if not row.is_alone]
+_IN_FOLDERS = [row for row in formats_of("scene", is_read=True) if not row.is_alone]
 _OWN_SUFFIXES = {s for s in suffixes_of(_IN_FOLDERS) if s != ".json"}  # suffixes used only by scenes
 
 
@@ -117,10 +110,13 @@ def _parts_of(path: Path) -> list[Path]:
     if not is_dir(path) or match_format(path) is not None:
         return [path]
     entries = _entries(path)
-    parts = [Path(entry) for entry in entries if _is_part(entry)]
-    if not parts:
-        raise SceneError(path, _nothing_found(path, entries))
-    return parts
+    if parts := [Path(entry) for entry in entries if _is_part(entry)]:
+        return parts
+    deeper = _scene_below(path)
+    cure = "name the scene file" if deeper is None else f"did you mean {deeper}?"
+    found = f"none of the {len(entries)} entries of the folder is"
+    found = found if entries else "is an empty folder: it should hold"
+    raise SceneError(path, f"{found} {listed(suffixes_of(_IN_FOLDERS))}; {cure}")
 
 
 def _is_part(entry: "os.DirEntry[str]") -> bool:
@@ -150,15 +146,6 @@ def _entries(folder: Path) -> "list[os.DirEntry[str]]":
     except OSError as error:
         raise SceneError(folder, f"cannot be read ({error.strerror}); check its permissions") from None
     return sorted(entries, key=lambda entry: natural_key(entry.name))
-
-
-def _nothing_found(path: Path, entries: "Sequence[os.DirEntry[str]]") -> str:
-    """A clause that says what was looked for, and the cure."""
-    found = f"none of the {len(entries)} entries of the folder is"
-    deeper = _scene_below(path)
-    cure = "name the scene file" if deeper is None else f"did you mean {deeper}?"
-    found = found if entries else "is an empty folder: it should hold"
-    return f"{found} {listed(suffixes_of(_IN_FOLDERS))}; {cure}"
 
 
 def _scene_below(path: Path) -> Path | None:
@@ -244,7 +231,7 @@ def _warn(files: Sequence[SceneFile], message: str) -> None:
     warnings.warn(SceneWarning(f"{files[0].path} and {len(files) - 1} more: {message}"), stacklevel=4)
 
 
-# Limits for `warn_of_other_encoding`.
+# Limits for `warn_of_encoding`.
 _MIN_ROWS = 10
 _SIGMOID_OF_1 = 0.7310587
 _MIN_SPREAD = 0.01  # range of opacities; scripts write equal ones, which fit either encoding
@@ -268,7 +255,7 @@ def open_file(path: Path, lod: int | None) -> SceneFile:
     return file
 
 
-def drop_unnamed_brushes(file: SceneFile, columns: Columns) -> None:
+def drop_brushes(file: SceneFile, columns: Columns) -> None:
     """Drop the brushes of strokes, with a warning, if a row has a brush beyond those that the file names."""
     num_named = len(file.stored.brushes)
     if columns.brushes is None or not num_named:
@@ -279,7 +266,7 @@ def drop_unnamed_brushes(file: SceneFile, columns: Columns) -> None:
         warnings.warn(SceneWarning(f"{file.path}: {message}"), stacklevel=3)
 
 
-def warn_of_other_encoding(path: Path, columns: Columns) -> None:
+def warn_of_encoding(path: Path, columns: Columns) -> None:
     """Warn if the numbers of a file are certainly not in the standard layout.
 
     A linear scale decoded as a log is at least 1; a linear opacity decoded as a logit is 0.5 to 0.7311. No

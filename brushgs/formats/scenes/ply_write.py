@@ -5,6 +5,7 @@ its constants and source. Its rows are sorted along a space-filling curve, so th
 near each other.
 """
 
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +17,11 @@ from brushgs.formats.scenes.ply import AXES, CHUNK_ROWS, FOUR, PACKED, SH_RANGE,
 from brushgs.formats.scenes.ply_header import BRUSH, MIP, STROKES, comment_lines
 from brushgs.formats.scenes.stored import NOTHING, Stored
 from brushgs.formats.scenes.write import (
-    fractions_of,
     in_order,
     logits_of,
     logs_of,
     rounded,
+    shares_of,
     smallest_three,
     spatial_order,
 )
@@ -43,15 +44,23 @@ def write_scene(gaussians: Gaussians, path: str | Path, known: Stored = NOTHING)
         SceneError: if the file cannot be written.
     """
     names = _names(gaussians.sh.shape[1])
-    lines = "".join(f"property float {name}\n" for name in names)
-    lines += f"property uchar {BRUSH}\n" if gaussians.brushes is not None else ""
-    comment = header_comments(known)
-    begin = f"ply\nformat binary_little_endian 1.0\n{comment}element vertex {len(gaussians)}\n"
-    header = f"{begin}{lines}end_header\n"
+    properties = [f"float {name}" for name in names] + [f"uchar {BRUSH}"] * (gaussians.brushes is not None)
+    starts = range(0, len(gaussians), _BLOCK_ROWS)
+    blocks = (_encode(gaussians.take(slice(start, start + _BLOCK_ROWS)), len(names)) for start in starts)
+    _write(path, known, [("vertex", len(gaussians), properties, blocks)])
+
+
+_Element = tuple[str, int, Sequence[str], Iterable[bytes]]  # name, rows, types and names of columns, content
+
+
+def _write(path: str | Path, known: Stored, elements: Sequence[_Element]) -> None:
+    header = f"ply\nformat binary_little_endian 1.0\n{header_comments(known)}"
+    for name, count, properties, _ in elements:
+        header += f"element {name} {count}\n" + "".join(f"property {column}\n" for column in properties)
     with replacing(path) as temporary, temporary.open("wb") as file:
-        file.write(header.encode("ascii"))
-        for start in range(0, len(gaussians), _BLOCK_ROWS):
-            file.write(_encode(gaussians.take(slice(start, start + _BLOCK_ROWS)), len(names)))
+        file.write(f"{header}end_header\n".encode("ascii"))
+        for *_, blocks in elements:
+            file.writelines(blocks)
 
 
 def header_comments(known: Stored) -> str:
@@ -78,15 +87,12 @@ def _encode(gaussians: Gaussians, width: int) -> bytes:
     rows[:, 9 : 9 + num_rest] = gaussians.sh[:, 1:].transpose(0, 2, 1).reshape(num_rows, num_rest)
     rows[:, -8] = logits_of(gaussians.opacities)
     rows[:, -7:-4] = logs_of(gaussians.scales)
-    rows[:, -4:] = _representable(gaussians.quats)
+    # Scaled to the range of float32: the length of a quaternion has no meaning.
+    quats, is_single = gaussians.quats, gaussians.quats.dtype == np.float32
+    rows[:, -4:] = quats if is_single else quats / np.abs(quats).max(axis=1, keepdims=True)
     if gaussians.brushes is None:
         return rows.tobytes()
     return np.hstack([rows.view(np.uint8), gaussians.brushes[:, None]]).tobytes()
-
-
-def _representable(quats: Array) -> Array:
-    """Quaternions scaled to the range of float32; their length has no meaning."""
-    return quats if quats.dtype == np.float32 else quats / np.abs(quats).max(axis=1, keepdims=True)
 
 
 _LARGEST_LOG = 20.0  # largest log-scale: some readers clip there
@@ -102,7 +108,6 @@ def write_compressed(rows: Gaussians, path: str | Path, known: Stored) -> None:
         ValueError: if the names of brushes are too long.
         SceneError: if the file cannot be written.
     """
-    comment = header_comments(known)
     columns = {
         "position": rows.means.astype(np.float32),
         "scale": np.clip(logs_of(rows.scales), -_LARGEST_LOG, _LARGEST_LOG).astype(np.float32),
@@ -111,7 +116,7 @@ def write_compressed(rows: Gaussians, path: str | Path, known: Stored) -> None:
     ranges = {name: _ranges(column) for name, column in columns.items()}
     of_row = np.arange(len(rows)) // CHUNK_ROWS
     inside = {
-        name: fractions_of(column, *(end[of_row] for end in ranges[name])) for name, column in columns.items()
+        name: shares_of(column, *(end[of_row] for end in ranges[name])) for name, column in columns.items()
     }
     packed = np.empty(len(rows), [(name, "<u4") for name in PACKED])
     packed["packed_position"] = _pack(inside["position"], THREE)
@@ -119,23 +124,14 @@ def write_compressed(rows: Gaussians, path: str | Path, known: Stored) -> None:
     packed["packed_scale"] = _pack(inside["scale"], THREE)
     packed["packed_color"] = _pack(np.column_stack([inside["color"], rows.opacities]), FOUR)
     chunks = np.concatenate([end for name in AXES for end in ranges[name]], axis=1).astype("<f4")
-    ends = [f"{end}_{axis}" for axes in AXES.values() for end in ("min", "max") for axis in axes]
-    elements: list[tuple[str, str, list[str], NDArray[Any]]] = [
-        ("chunk", "float", ends, chunks),
-        ("vertex", "uint", list(PACKED), packed),
+    ends = [f"float {end}_{axis}" for axes in AXES.values() for end in ("min", "max") for axis in axes]
+    elements: list[tuple[str, list[str], NDArray[Any]]] = [
+        ("chunk", ends, chunks),
+        ("vertex", [f"uint {name}" for name in PACKED], packed),
     ]
-    num_rest = 3 * (rows.sh.shape[1] - 1)
-    if num_rest:
-        rest = [f"f_rest_{index}" for index in range(num_rest)]
-        elements.append(("sh", "uchar", rest, _pack_rest(rows.sh)))
-    header = f"ply\nformat binary_little_endian 1.0\n{comment}"
-    for name, kind, properties, values in elements:
-        header += f"element {name} {len(values)}\n"
-        header += "".join(f"property {kind} {column}\n" for column in properties)
-    with replacing(path) as temporary, temporary.open("wb") as file:
-        file.write(f"{header}end_header\n".encode("ascii"))
-        for _, _, _, values in elements:
-            file.write(values.tobytes())
+    if num_rest := 3 * (rows.sh.shape[1] - 1):
+        elements.append(("sh", [f"uchar f_rest_{index}" for index in range(num_rest)], _pack_rest(rows.sh)))
+    _write(path, known, [(name, len(values), kinds, [values.tobytes()]) for name, kinds, values in elements])
 
 
 def _ranges(column: F32) -> tuple[F32, F32]:

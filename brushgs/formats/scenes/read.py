@@ -7,13 +7,7 @@ from dataclasses import replace
 from brushgs.errors import SceneError, SceneWarning
 from brushgs.formats.moving.moment import open_moment
 from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding
-from brushgs.formats.scenes.open_file import (
-    drop_unnamed_brushes,
-    find_parts,
-    join_notes,
-    open_file,
-    warn_of_other_encoding,
-)
+from brushgs.formats.scenes.open_file import drop_brushes, find_parts, join_notes, open_file, warn_of_encoding
 from brushgs.formats.scenes.rows import SceneFile
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.values.gaussians import SH_TERMS, Gaussians
@@ -59,10 +53,10 @@ def read_files(files: Sequence[SceneFile], encoding: Encoding = STANDARD) -> tup
         dropped.report(file.path, file.num_rows)
         rows_dropped += dropped.num_rows
         if encoding.is_standard and not file.has_fixed_encoding:
-            warn_of_other_encoding(file.path, columns)
+            warn_of_encoding(file.path, columns)
         parts.append(columns)
     if len(parts) == 1:
-        drop_unnamed_brushes(files[0], parts[0])
+        drop_brushes(files[0], parts[0])
     elif strokes := [file.path for file, part in zip(files, parts, strict=True) if part.brushes is not None]:
         why = "as several files are painted with one set of brushes"
         message = f"the brushes of its strokes are dropped, {why}"
@@ -92,6 +86,4 @@ def open_files(scene: SceneFiles, lod: int | None, encoding: Encoding = STANDARD
     """
     source = SceneSource.of(scene, lod=lod)
     moment = open_moment(source, encoding)
-    if moment is not None:
-        return [moment]
-    return [open_file(path, source.lod) for path in find_parts(source.paths)]
+    return [moment] if moment else [open_file(path, source.lod) for path in find_parts(source.paths)]

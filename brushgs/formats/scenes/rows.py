@@ -22,7 +22,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from brushgs.core.threads import num_threads_or_default
-from brushgs.formats.scenes.columns import STANDARD, Columns, Dropped, Encoding, drop_faults, drop_zero_bands
+from brushgs.formats.scenes.columns import STANDARD, Columns, Dropped, Encoding, drop_zero_bands, find_faults
 from brushgs.formats.scenes.stored import NOTHING, Stored
 from brushgs.values.camera import Camera
 from brushgs.values.notes import Training
@@ -117,7 +117,9 @@ def activate_rows(
     """Convert raw values to scales and opacities. Returns views of the drawable rows, and dropped rows."""
     with np.errstate(all="ignore"):
         rows.standardize(encoding)
-        dropped = drop_faults(rows, first_row, num_rest)
+        keep, dropped = find_faults(rows, first_row, num_rest)
+        if keep is not None:
+            rows.move(keep, 0)
         kept = rows.part(0, len(rows.means) - dropped.num_rows)
         kept.activate(is_logit=is_logit)
     return kept, dropped

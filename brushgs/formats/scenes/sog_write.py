@@ -27,14 +27,7 @@ from brushgs.formats.pictures.still import write_exact
 from brushgs.formats.scenes.sog import QUAT_TAG
 from brushgs.formats.scenes.sog_meta import MAX_PALETTE, META, NOTES, PALETTE_ROW, mean_logs
 from brushgs.formats.scenes.stored import Stored, content_of
-from brushgs.formats.scenes.write import (
-    fractions_of,
-    in_order,
-    logs_of,
-    rounded,
-    smallest_three,
-    spatial_order,
-)
+from brushgs.formats.scenes.write import in_order, logs_of, rounded, shares_of, smallest_three, spatial_order
 from brushgs.values.arrays import F32, F64, U8, Array
 from brushgs.values.gaussians import Gaussians
 from brushgs.version import __version__
@@ -191,7 +184,7 @@ def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
     """
     logs = mean_logs(rows.means)
     low, high = logs.min(axis=0), logs.max(axis=0)
-    places = rounded(fractions_of(logs, low, high) * _WHOLE, _WHOLE)
+    places = rounded(shares_of(logs, low, high) * _WHOLE, _WHOLE)
     log_scales, colors = logs_of(rows.scales), rows.sh[:, 0].astype(np.float64)
     # Weight by area, since large Gaussians are few and their errors are most visible.
     areas = np.exp(2 * (log_scales - log_scales.max()))

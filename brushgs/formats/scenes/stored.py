@@ -5,11 +5,9 @@ an extension. Numbers are exact: they have as many digits as needed, and points 
 float64.
 """
 
-import base64
 import json
 import warnings
 from collections.abc import Callable
-from dataclasses import fields
 from math import pi
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple
@@ -119,13 +117,7 @@ class Stored(NamedTuple):
         order = self.order
         if order is None or not np.array_equal(np.sort(order), np.arange(len(columns.means))):
             return columns
-        restored = Columns.empty(len(order), columns.sh.shape[1])
-        restored.brushes = None if columns.brushes is None else np.empty_like(columns.brushes)
-        for field in fields(Columns):
-            column = getattr(columns, field.name)
-            if column is not None:
-                getattr(restored, field.name)[order] = column
-        return restored
+        return columns.take(np.argsort(order))
 
 
 NOTHING = Stored()  # no notes
@@ -148,20 +140,21 @@ def content_of(stored: Stored) -> dict[str, Any]:
             if (value := getattr(first_view, name)) is not None
         }
     if stored.brushes:
-        content["brushes"] = list(stored.brushes)
+        content["brushes"] = stored.brushes
         if (length := len(json.dumps(content["brushes"]))) > _MAX_BRUSH_TEXT:
             rule = f"names of brushes must take at most {_MAX_BRUSH_TEXT:,} characters, got {length:,}"
             raise ValueError(f"save: {rule}; use fewer or shorter ones")
     if stored.order is not None:
-        content["order"] = base64.b64encode(stored.order.astype("<u2").tobytes()).decode("ascii")
+        content["order"] = stored.order.astype("<u2").tobytes()
     if stored.counts is not None:
-        content["brush_counts"] = list(stored.counts)
-    return content
+        content["brush_counts"] = stored.counts
+    built: dict[str, Any] = msgspec.to_builtins(content)  # bytes become base64
+    return built
 
 
 def text_of(content: dict[str, Any]) -> str:
-    """A JSON object as ASCII text without blanks."""
-    return json.dumps(content, separators=(",", ":"), allow_nan=False)
+    """A JSON object as ASCII text without blanks; "" for an empty one."""
+    return json.dumps(content, separators=(",", ":"), allow_nan=False) if content else ""
 
 
 def parse_text(text: str) -> Stored:
@@ -190,9 +183,7 @@ def _stored(content: _Content) -> Stored:
         raise ValueError("the name of a scene must be printable")
     order = content.order
     if order is not None and (len(order) % 2 or len(order) > 2 * _MOST_ORDERED):
-        raise ValueError(
-            f"an order must be at most {_MOST_ORDERED} numbers of 2 bytes, got {len(order)} bytes"
-        )
+        raise ValueError(f"an order must be at most {_MOST_ORDERED} numbers of 2 bytes, got {len(order)}")
     return Stored(
         scene=content.scene,
         first_view=None if content.first_view is None else _first_view(content.first_view),
@@ -225,10 +216,8 @@ def _written(value: Any) -> Any:
         of_camera = {name: getattr(camera, name) for name in ("viewmat", "K", "width", "height")}
         return {name: _written(one) for name, one in (of_camera | own).items()}
     if isinstance(value, np.ndarray) and value.ndim == 2:
-        return base64.b64encode(np.ascontiguousarray(value, "<f8").tobytes()).decode("ascii")
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    return list(value) if isinstance(value, tuple) else value
+        return np.ascontiguousarray(value, "<f8").tobytes()
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else value
 
 
 def _first_view(view: _View) -> FirstView:

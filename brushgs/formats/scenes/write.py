@@ -5,10 +5,9 @@ sort rows so that neighbors in space are adjacent. A written file can be read ba
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
 from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +29,8 @@ def rounded(values: NDArray[Any], largest: int) -> NDArray[np.int64]:
     return np.asarray(np.floor(np.clip(values, 0, largest) + 0.5)).astype(np.int64)
 
 
-def fractions_of(values: NDArray[Any], low: NDArray[Any], high: NDArray[Any]) -> F64:
-    """Fractions of values between `low` (0) and `high` (1), in float64; 0 where both are equal."""
+def shares_of(values: NDArray[Any], low: NDArray[Any], high: NDArray[Any]) -> F64:
+    """Shares of values between `low` (0) and `high` (1), in float64; 0 where both are equal."""
     extent = high.astype(np.float64) - low
     above = values - low.astype(np.float64)
     return np.asarray(np.divide(above, extent, out=np.zeros(above.shape), where=extent > 0))
@@ -48,7 +47,7 @@ def spatial_order(gaussians: Gaussians) -> NDArray[np.int64]:
     means = gaussians.means.astype(np.float64)
     middle, spread = np.median(means, axis=0), np.ptp(np.percentile(means, (5, 95), axis=0), axis=0).max()
     logs = np.arcsinh((means - middle) / (spread or 1.0))
-    places = rounded(fractions_of(logs, logs.min(axis=0), logs.max(axis=0)) * (2**_BITS - 1), 2**_BITS - 1)
+    places = rounded(shares_of(logs, logs.min(axis=0), logs.max(axis=0)) * (2**_BITS - 1), 2**_BITS - 1)
     threads = num_threads_or_default(None)
     order = np.asarray(_core.morton_order(places.astype(np.float64), np.zeros(3), 1.0, threads))
     if gaussians.brushes is None:
@@ -124,8 +123,7 @@ _SMALLEST = 1e-37  # the same limit if the extent is 0, world units
 _VISIBLE = 0.5 / 255  # smaller opacities round to 0 in most formats, so color and shape are not seen
 
 
-@dataclass(frozen=True)
-class Losses:
+class Losses(NamedTuple):
     """Errors of a written file; each pair is the median and the largest error."""
 
     extent: float  # diagonal of the box of 98 % of the centers along each axis, world units
@@ -138,9 +136,8 @@ class Losses:
 
     def counts(self) -> dict[str, float]:
         """Values for a report: "extent", "means_error" (median), "means_error_most" and so on."""
-        pairs = {name: value for name, value in asdict(self).items() if name != "extent"}
         found = {"extent": self.extent}
-        for name, (median, most) in pairs.items():
+        for name, (median, most) in zip(self._fields[1:], self[1:], strict=True):
             found |= {f"{name}_error": median, f"{name}_error_most": most}
         return {name: float(f"{value:.4g}") for name, value in found.items()}
 
@@ -238,10 +235,7 @@ def write_scene(
     named = () if gaussians.brushes is None else tuple(brushes)
     stored = Stored(scene, first_view, named, is_strokes=is_strokes, antialiased=gaussians.antialiased)
     order = function_of(scene_format.write)(gaussians, path, stored)
-    if not (measures and scene_format.rounds):
-        return None
-
-    return measure_losses(gaussians, path, order)
+    return measure_losses(gaussians, path, order) if measures and scene_format.rounds else None
 
 
 def _check(gaussians: Gaussians, brushes: Sequence[str]) -> None:
@@ -253,6 +247,5 @@ def _check(gaussians: Gaussians, brushes: Sequence[str]) -> None:
         if np.abs(getattr(gaussians, name)).max() > np.finfo(np.float32).max:
             raise ValueError(f"save: {name} must fit float32, got larger values; shrink the scene first")
     if gaussians.brushes is not None and brushes and (row := int(gaussians.brushes.max())) >= len(brushes):
-        raise ValueError(
-            f"save: brushes must be rows of the {len(brushes)} that are named, got {row}; choose them anew"
-        )
+        rule = f"brushes must be rows of the {len(brushes)} that are named, got {row}"
+        raise ValueError(f"save: {rule}; choose them anew")

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from brushgs.formats.scenes.columns import Dropped, drop_zero_bands
-from brushgs.formats.scenes.open_file import join_notes, open_file, warn_of_other_encoding
+from brushgs.formats.scenes.open_file import join_notes, open_file, warn_of_encoding
 from brushgs.formats.scenes.rows import (
     BLOCK_ROWS,
     SAMPLE_ROWS,
@@ -184,7 +184,7 @@ def _survey(files: Sequence[SceneFile], opened: OpenFiles, block_rows: int) -> _
         is_whole = is_whole or rows.is_whole
         sample = sample_rows(rows, SAMPLE_ROWS * file.num_rows // num_rows)
         if not file.has_fixed_encoding:
-            warn_of_other_encoding(file.path, sample)
+            warn_of_encoding(file.path, sample)
         means.append(sample.means)
         step = file.num_rows if rows.is_sequential else block_rows  # rows in order are one block
         starts = range(0, file.num_rows, step)
