@@ -19,26 +19,9 @@ from numpy.typing import NDArray
 
 from brushgs.errors import NoGaussiansError, SceneError, SceneWarning
 from brushgs.formats.files import open_plain
+from brushgs.formats.scenes import ply_header, ply_inria
 from brushgs.formats.scenes.columns import STANDARD, Columns, Encoding, check_decoded_size, unpack_quats
-from brushgs.formats.scenes.ply_header import (
-    BRUSH,
-    Element,
-    Header,
-    check_size,
-    open_header,
-    open_rows,
-    read_columns,
-    warn_of_surplus,
-)
-from brushgs.formats.scenes.ply_inria import (
-    FILTER_3D,
-    check_inria,
-    count_terms,
-    has_brushes,
-    is_flat,
-    open_inria,
-    read_columns_of,
-)
+from brushgs.formats.scenes.ply_header import Element, Header
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
 from brushgs.formats.scenes.stored import parse_text, read_stored
 from brushgs.options.table import hint_for
@@ -64,7 +47,7 @@ def check_compressed(path: Path, header: Header, vertex: Element) -> int:
         if name not in vertex.names:
             raise SceneError(path, f"no property {name!r} among {len(vertex.names)} read; export it again")
     rest = header.find("sh")
-    return 1 if rest is None else count_terms(path, rest)
+    return 1 if rest is None else ply_inria.count_terms(path, rest)
 
 
 def open_compressed(path: Path, header: Header, vertex: Element, num_terms: int, size: int) -> RowSource:
@@ -74,19 +57,19 @@ def open_compressed(path: Path, header: Header, vertex: Element, num_terms: int,
     """
     rest = header.find("sh") if num_terms > 1 else None
     for element in (vertex,) if rest is None else (vertex, rest):
-        check_size(path, header, element, size)
+        ply_header.check_size(path, header, element, size)
         if element.count != vertex.count:
-            rule = f"element 'sh' must have {vertex.count} rows, got {element.count}"
-            raise SceneError(path, f"{rule}; export it again")
+            rule = f"must have {vertex.count} rows, got {element.count}"
+            raise SceneError(path, f"element 'sh' {rule}; export it again")
     check_decoded_size(path, vertex.count, num_terms, size)
     ranges = _read_ranges(path, header, vertex.count, size)
 
     @contextmanager
     def open_decoder() -> Iterator[Decoder]:
         with ExitStack() as stack:
-            packed = stack.enter_context(open_rows(path, header, vertex, _BLOCK_ROWS))
+            packed = stack.enter_context(ply_header.open_rows(path, header, vertex, _BLOCK_ROWS))
             if rest is not None:
-                rest_rows = stack.enter_context(open_rows(path, header, rest, _BLOCK_ROWS))
+                rest_rows = stack.enter_context(ply_header.open_rows(path, header, rest, _BLOCK_ROWS))
 
             def decode(start: int, stop: int, out: Columns) -> None:
                 _decode(packed.read(start, stop), ranges, start, out)
@@ -107,25 +90,24 @@ def _read_ranges(path: Path, header: Header, num_rows: int, size: int) -> dict[s
     if chunk.count * CHUNK_ROWS < num_rows:
         rule = f"must have a chunk for {CHUNK_ROWS} Gaussians, got {chunk.count} for {num_rows}"
         raise SceneError(path, f"{rule}; export again")
-    check_size(path, header, chunk, size)
-    has_colors = "min_r" in chunk.names  # earlier files have no range of colors: 0 to 1
-    for axes in AXES.values() if has_colors else (AXES["position"], AXES["scale"]):
-        for name in (f"{end}_{axis}" for end in ("min", "max") for axis in axes):
-            if name not in chunk.names:
-                raise SceneError(path, f"no property {name!r} in element 'chunk'; export it again")
+    ply_header.check_size(path, header, chunk, size)
+    ends = {
+        name: [[f"{end}_{axis}" for axis in axes] for end in ("min", "max")]
+        for name, axes in AXES.items()
+        if name != "color" or "min_r" in chunk.names  # earlier files have no range of colors: 0 to 1
+    }
+    for column in (column for pair in ends.values() for names in pair for column in names):
+        if column not in chunk.names:
+            raise SceneError(path, f"no property {column!r} in element 'chunk'; export it again")
     num_used = -(-num_rows // CHUNK_ROWS)
-    with open_rows(path, header, chunk, num_used) as reader:
+    with ply_header.open_rows(path, header, chunk, num_used) as reader:
         rows = reader.read(0, num_used)
     zeros = np.zeros((num_used, 3), np.float32)
-    ranges = {"color": (zeros, zeros + 1)}
-    for name, axes in AXES.items():
-        if name != "color" or has_colors:
-            low, high = (_column(rows, tuple(f"{end}_{axis}" for axis in axes)) for end in ("min", "max"))
-            ranges[name] = low, high
-    return ranges
+    found = {name: (_column(rows, low), _column(rows, high)) for name, (low, high) in ends.items()}
+    return {"color": (zeros, zeros + 1)} | found
 
 
-def _column(rows: NDArray[np.void], names: tuple[str, ...]) -> F32:
+def _column(rows: NDArray[np.void], names: list[str]) -> F32:
     """Columns as [rows, names]; numbers beyond float32 become infinity, detected when rows are checked."""
     with np.errstate(over="ignore", invalid="ignore"):
         return np.stack([rows[name].astype(np.float32) for name in names], axis=1)
@@ -178,11 +160,6 @@ def _decode_rest(rows: NDArray[np.void], sh: F32) -> None:
 
 
 _MEANINGLESS = ("nx", "ny", "nz")  # Gaussians have no normals: trainers write zeros for point viewers
-_ENCODINGS = {
-    "ascii": "ASCII",
-    "binary_little_endian": "binary little-endian",
-    "binary_big_endian": "binary big-endian",
-}
 
 
 def open_scene(path: Path) -> SceneFile:
@@ -191,42 +168,38 @@ def open_scene(path: Path) -> SceneFile:
     Raises:
         SceneError: if it is damaged or describes no 3D Gaussian scene.
     """
-    header, size = open_header(path)
+    header, size = ply_header.open_header(path)
     vertex = header.find("vertex")
     if vertex is None:
         names = ", ".join(element.name for element in header.elements) or "none"
         raise SceneError(path, f"has no element 'vertex' among: {names}; export it as a 3D Gaussian scene")
     if vertex.count == 0:
-        fact = "holds no Gaussians: its header says 'element vertex 0'"
-        raise NoGaussiansError(path, f"{fact}; export the scene again")
+        raise NoGaussiansError(path, "holds no Gaussians: 'element vertex 0'; export the scene again")
     has_chunks = header.find("chunk") is not None and PACKED[0] in vertex.names
-    check = check_compressed if has_chunks else check_inria
+    check = check_compressed if has_chunks else ply_inria.check_inria
     num_terms = check(path, header, vertex)
 
     def open_rows(encoding: Encoding = STANDARD) -> RowSource:
         source = path, header, vertex, num_terms, size
-        rows = open_compressed(*source) if has_chunks else open_inria(*source, encoding)
-        warn_of_surplus(path, header, size)  # only if the file was not refused
+        rows = open_compressed(*source) if has_chunks else ply_inria.open_inria(*source, encoding)
+        ply_header.warn_of_surplus(path, header, size)  # only if the file was not refused
         return rows
 
     stored = read_stored(path, lambda: parse_text("".join(header.view_text)))
     if not has_chunks:  # the standard layout keeps the order of rows and has a column of brushes
         stored = stored._replace(counts=None, order=None)
     photograph, elements = _photograph(path, header, size)
-    known = PACKED if has_chunks else read_columns_of(num_terms) | ({BRUSH} if has_brushes(vertex) else set())
-    layout = "compressed PLY" if has_chunks else "PLY"
+    known = PACKED if has_chunks else ply_inria.read_columns_of(num_terms, vertex)
+    encoding = header.encoding.replace("ascii", "ASCII").replace("_endian", "-endian").replace("_", " ")
+    name = f"{'compressed ' * has_chunks}PLY, {encoding}"
     return SceneFile(
-        path=path,
-        format=f"{layout}, {_ENCODINGS[header.encoding]}",
-        num_rows=vertex.count,
-        num_terms=num_terms,
+        *(path, name, vertex.count, num_terms, open_rows),
         has_fixed_encoding=has_chunks,
         up=header.up,
         training=_training(header, vertex),
         unknown=(*_unknown(vertex, known), *elements),
         photograph=photograph,
         stored=stored._replace(is_strokes=header.is_strokes),
-        open_rows=open_rows,
     )
 
 
@@ -240,14 +213,14 @@ def read_column(path: Path, name: str) -> tuple[F64, F64]:
     with open_plain(path, "scene file", buffering=0) as file:
         if file.read(3) != b"ply":
             raise SceneError(path, f"is no PLY file, so it has no column {name}; convert the scene to PLY")
-    header, size = open_header(path)
+    header, size = ply_header.open_header(path)
     vertex = header.find("vertex")
     names = () if vertex is None else vertex.names
     if vertex is None or name not in names or not {"x", "y", "z"} <= set(names):
         cure = hint_for(name, names) or f"; it has {', '.join(names[:MOST_SHOWN])}"
         raise SceneError(path, f"has no column {name!r} beside x, y and z{cure}")
-    check_size(path, header, vertex, size)
-    *points, values = read_columns(path, header, vertex, ("x", "y", "z", name), np.float64)
+    ply_header.check_size(path, header, vertex, size)
+    *points, values = ply_header.read_columns(path, header, vertex, ("x", "y", "z", name), np.float64)
     return np.stack(points, axis=1), values
 
 
@@ -270,9 +243,9 @@ def _photograph(path: Path, header: Header, size: int) -> tuple[Camera | None, t
 
 def _training(header: Header, vertex: Element) -> Training:
     """How the scene was trained, from its comments or else from its columns."""
-    if is_flat(header, vertex):
+    if ply_inria.is_flat(header, vertex):
         return "2dgs"
-    return header.training or ("antialiased" if FILTER_3D in vertex.names else "default")
+    return header.training or ("antialiased" if ply_inria.FILTER_3D in vertex.names else "default")
 
 
 def _unknown(vertex: Element, known: Collection[str]) -> tuple[str, ...]:

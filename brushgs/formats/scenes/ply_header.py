@@ -10,7 +10,7 @@ import re
 import sys
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
@@ -35,8 +35,7 @@ def comment_lines(stored: Stored) -> list[str]:
 
     Raises ValueError if the names of the brushes are too long.
     """
-    content = content_of(stored)
-    text = text_of(content) if content else ""
+    text = text_of(content_of(stored))
     return [PREFIX + text[start : start + _LINE] for start in range(0, len(text), _LINE)]
 
 
@@ -126,8 +125,7 @@ def parse_header(file: BinaryIO, path: Path) -> Header:
     newline = b"\r\n" if begin.startswith(b"ply\r\n") else begin[3:4]
     end = begin.find(newline + b"end_header" + newline)
     if end < 0:
-        fact = "the header has no 'end_header' line"
-        raise SceneError(path, f"{fact}; the file is cut off or damaged: get it again")
+        raise SceneError(path, "the header has no 'end_header' line; the file is cut off: get it again")
     header = Header(data_offset=end + 2 * len(newline) + len(b"end_header"))
     for line in begin[:end].decode("latin-1").split(newline.decode())[1:]:
         _read_line(path, header, line)
@@ -162,8 +160,7 @@ def _read_line(path: Path, header: Header, line: str) -> None:
         case ["property", type_name, name] if header.elements:
             _add_property(path, header, type_name, name)
         case _:
-            fact = f"the header line {line[:80]!r} is not PLY"
-            raise SceneError(path, f"{fact}; the file is damaged: get it again")
+            raise SceneError(path, f"the header line {line[:80]!r} is not PLY; get the file again")
 
 
 def _read_count(path: Path, name: str, count: str) -> int:
@@ -238,17 +235,13 @@ def data_start(path: Path, header: Header, element: Element) -> int:
     Raises:
         SceneError: if the element or one before it has a list property, whose length is only in its data.
     """
-    start = header.data_offset
-    for other in header.elements:
+    before = header.elements[: header.elements.index(element)]
+    for other in (*before, element):
         if other.lists and (other.count or other is element):
-            place = "in" if other is element else "before"
-            fact = f"has the list property {other.lists[0]!r} of element {other.name!r} {place} element"
-            cure = "so its rows cannot be found; export it without lists"
-            raise SceneError(path, f"{fact} {element.name!r}, {cure}")
-        if other is element:
-            break
-        start += other.count * other.dtype.itemsize
-    return start
+            place = f"{'in' if other is element else 'before'} element {element.name!r}"
+            fact = f"has the list property {other.lists[0]!r} of element {other.name!r} {place}"
+            raise SceneError(path, f"{fact}, so its rows cannot be found; export it without lists")
+    return header.data_offset + sum(other.count * other.dtype.itemsize for other in before)
 
 
 @contextmanager
@@ -261,10 +254,8 @@ def open_rows(
     for rows in order.
     """
     with open_plain(path, buffering=-1 if header.is_ascii else 0) as file:
-        if header.is_ascii:
-            yield _AsciiRows(path, file, header, element)
-        else:
-            yield _BinaryRows(path, file, header, element, block_rows)
+        rows = _AsciiRows(path, file, header, element) if header.is_ascii else None
+        yield rows or _BinaryRows(path, file, header, element, block_rows)
 
 
 def read_columns(
@@ -283,15 +274,14 @@ def read_columns(
 
 class _BinaryRows:
     def __init__(self, path: Path, file: BinaryIO, header: Header, element: Element, block_rows: int) -> None:
-        self._path, self._file, self._element = path, file, element
+        self._path, self._file = path, file
         self._start = data_start(path, header, element)
         self._buffer = np.empty(min(block_rows, element.count), dtype=element.dtype)
 
     def read(self, start: int, stop: int) -> NDArray[np.void]:
-        row_size = self._element.dtype.itemsize
         block = self._buffer[: stop - start]
-        target = memoryview(block.view(np.uint8).data)
-        read_exactly(self._path, self._file, self._start + start * row_size, target)
+        place = self._start + start * block.itemsize
+        read_exactly(self._path, self._file, place, memoryview(block.view(np.uint8).data))
         return block
 
 
@@ -300,11 +290,9 @@ class _AsciiRows:
         self._path, self._element, self._next = path, element, 0
         file.seek(header.data_offset)
         self._lines = self._read_lines(file)
-        for other in header.elements:
-            if other is element:
-                break
-            for _ in islice(self._lines, min(other.count, sys.maxsize)):
-                pass
+        num_before = sum(other.count for other in header.elements[: header.elements.index(element)])
+        for _ in islice(self._lines, min(num_before, sys.maxsize)):
+            pass
 
     def read(self, start: int, stop: int) -> NDArray[np.void]:
         assert start == self._next, "lines of text can only be read in order"
@@ -314,9 +302,8 @@ class _AsciiRows:
         while done < len(block):
             lines = self._take_piece(len(block) - done)
             if not lines:
-                rows = f"{self._element.count} rows of element {self._element.name!r}"
-                fact = f"it ends after row {start + done} of {rows}"
-                raise SceneError(self._path, f"is cut off: {fact}; copy or export it again")
+                rows = f"row {start + done} of {self._element.count} rows of element {self._element.name!r}"
+                raise SceneError(self._path, f"is cut off: it ends after {rows}; copy or export it again")
             block[done : done + len(lines)] = self._numbers(lines, start + done)
             done += len(lines)
         return block.view(self._element.dtype)[:, 0]
@@ -343,15 +330,10 @@ class _AsciiRows:
 
     def _numbers(self, lines: list[bytes], start: int) -> F64:
         """The numbers of some lines, [lines, properties]; the first line is row `start`."""
-        width = len(self._element.names)
-        tokens = b" ".join(lines).split()
-        try:
-            values = np.array(list(map(float, tokens)))
-        except ValueError:
-            raise self._find_fault(lines, start) from None
-        if len(values) != width * len(lines):
-            raise self._find_fault(lines, start)
-        return values.reshape(len(lines), width)
+        with suppress(ValueError):
+            values = np.array(list(map(float, b" ".join(lines).split())))
+            return values.reshape(len(lines), len(self._element.names))
+        raise self._find_fault(lines, start)
 
     def _find_fault(self, lines: list[bytes], start: int) -> SceneError:
         """The error for the first line that is not a row of numbers."""

@@ -9,10 +9,9 @@ Source: Kerbl et al. 2023, Yu et al. 2024, Huang et al. 2024, layouts of the ref
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,10 +50,9 @@ def check_inria(path: Path, header: Header, vertex: Element) -> int:
             raise SceneError(path, f"{what}; train it as a 3DGS scene first")
     for name in (*_MEANS, *_COLORS, "opacity", *_SCALES[:2], *_QUATS):
         if name not in names:
-            if name in vertex.lists:
-                raise SceneError(path, f"property {name!r} is a list; export it as a 3D Gaussian scene")
-            rule = f"no property {name!r} among {len(names)} read"
-            raise SceneError(path, f"{rule}; export it as a 3D Gaussian scene")
+            fault = f"property {name!r} is a list" if name in vertex.lists else ""
+            fault = fault or f"no property {name!r} among {len(names)} read"
+            raise SceneError(path, f"{fault}; export it as a 3D Gaussian scene")
     return count_terms(path, vertex)
 
 
@@ -64,10 +62,11 @@ def is_flat(header: Header, vertex: Element) -> bool:
     return header.training == "2dgs" or has_two
 
 
-def read_columns_of(num_terms: int) -> set[str]:
+def read_columns_of(num_terms: int, vertex: Element) -> set[str]:
     """Names of the columns that are read from a scene with `num_terms` spherical-harmonic terms."""
     rest = (name for channel in range(3) for name in _names_of_rest(channel, num_terms, 1, num_terms))
-    return {*_MEANS, *_COLORS, *rest, "opacity", *_SCALES, *_QUATS, FILTER_3D}
+    brush = (BRUSH,) if has_brushes(vertex) else ()
+    return {*_MEANS, *_COLORS, *rest, "opacity", *_SCALES, *_QUATS, FILTER_3D, *brush}
 
 
 def has_brushes(vertex: Element) -> bool:
@@ -98,7 +97,7 @@ def open_inria(
     """
     check_size(path, header, vertex, size)
     check_decoded_size(path, vertex.count, num_terms, size)
-    has_filter, has_brush = FILTER_3D in vertex.names, has_brushes(vertex)
+    has_filter = FILTER_3D in vertex.names
 
     @cache
     def layout_of(num_used: int) -> _RowLayout:
@@ -119,14 +118,11 @@ def open_inria(
             yield lambda start, stop, out: decode(rows.read(start, stop), out)
 
     return RowSource(
-        vertex.count,
-        num_terms,
-        open_decoder,
-        block_rows=_block_rows(vertex),
+        *(vertex.count, num_terms, open_decoder, _block_rows(vertex)),
         encoding=STANDARD if has_filter else encoding,
         is_logit=True,
         is_sequential=header.is_ascii,
-        has_brushes=has_brush,
+        has_brushes=has_brushes(vertex),
         count_used=lambda: _count_used_terms(path, header, vertex, num_terms),
     )
 
@@ -152,8 +148,7 @@ def _smooth(out: Columns, widths: NDArray[Any]) -> None:
     out.opacities[:] = log_opacities - np.log(-np.expm1(log_opacities))
 
 
-@dataclass(frozen=True)
-class _Run:
+class _Run(NamedTuple):
     """Properties of one type at equal distances in a row, which are copied together."""
 
     columns: slice  # target columns
