@@ -11,17 +11,16 @@ import struct
 from bisect import bisect_right
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import partial
 from itertools import accumulate
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.errors import NoGaussiansError, SceneError
-from brushgs.formats.files import open_plain, read_exactly
+from brushgs.formats.files import cut_off, damaged, open_plain, read_exactly
 from brushgs.formats.scenes.columns import Columns, Encoding, check_decoded_size
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile
 from brushgs.values.arrays import F32, U8
@@ -40,8 +39,7 @@ _DEFAULT_OFFSETS = 32767
 _DEFAULT_LIMIT = 1.5  # a limit of 0 means this
 
 
-@dataclass(frozen=True)
-class _Section:
+class _Section(NamedTuple):
     """One section of a file."""
 
     num_rows: int  # number of Gaussians
@@ -54,8 +52,7 @@ class _Section:
     offset_step: float  # length per unit of a stored offset
 
 
-@dataclass(frozen=True)
-class _Header:
+class _Header(NamedTuple):
     """All headers of a file."""
 
     level: int  # compression level, 0 to 2
@@ -73,8 +70,7 @@ def _read_header(path: Path, file: BinaryIO) -> _Header:
         rule = f"must have version 0.1, got {major}.{minor}"
         raise SceneError(path, f"is a .ksplat scene that {rule}; convert it with a newer GaussianSplats3D")
     if level > _MAX_LEVEL:
-        rule = f"the compression level must be 0 to {_MAX_LEVEL}, got {level}"
-        raise SceneError(path, f"{rule}; the header is damaged: copy or export it again")
+        raise damaged(path, f"the compression level must be 0 to {_MAX_LEVEL}, got {level}")
     start = _HEADER_SIZE + num_sections * _SECTION_SIZE
     what = f"{num_sections} section headers"
     table = _read(path, file, size, _HEADER_SIZE, num_sections * _SECTION_SIZE, what)
@@ -114,7 +110,7 @@ def _read_section(
     rows = centers + _BUCKET_SIZE * num_buckets
     what = f"section {number} with {num_rows} Gaussians"
     if rows + row_size * num_rows > size:
-        raise _cut_off(path, size, what)
+        raise cut_off(path, f"{size} bytes do not hold {what}")
     lengths = np.frombuffer(_read(path, file, size, start, 4 * num_partial, what), "<u4")
     # The last of the starts is the end of the last bucket.
     starts = np.cumsum(np.concatenate([[0], np.full(num_full, bucket_rows), lengths]), dtype=np.int64)
@@ -129,14 +125,10 @@ def _read_section(
 def _read(path: Path, file: BinaryIO, size: int, start: int, length: int, what: str) -> bytearray:
     """Read `length` bytes from `start`; that they exist is checked before memory is allocated."""
     if start + length > size:
-        raise _cut_off(path, size, what)
+        raise cut_off(path, f"{size} bytes do not hold {what}")
     content = bytearray(length)
     read_exactly(path, file, start, memoryview(content))
     return content
-
-
-def _cut_off(path: Path, size: int, what: str) -> SceneError:
-    return SceneError(path, f"is cut off: {size} bytes do not hold {what}; copy or download it again")
 
 
 def _damaged(path: Path, number: int, fact: str) -> SceneError:
@@ -159,13 +151,8 @@ def open_scene(path: Path) -> SceneFile:
     num_rows = sum(section.num_rows for section in header.sections)
     num_terms = (max(section.degree for section in header.sections) + 1) ** 2
     check_decoded_size(path, num_rows, num_terms, size)
-    return SceneFile(
-        path=path,
-        format=f".ksplat, compression level {header.level}",
-        num_rows=num_rows,
-        num_terms=num_terms,
-        open_rows=partial(_open_rows, path, header, num_rows, num_terms),
-    )
+    open_rows = partial(_open_rows, path, header, num_rows, num_terms)
+    return SceneFile(path, f".ksplat, compression level {header.level}", num_rows, num_terms, open_rows)
 
 
 def _open_rows(path: Path, header: _Header, num_rows: int, num_terms: int) -> RowSource:

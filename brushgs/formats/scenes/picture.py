@@ -54,15 +54,9 @@ def open_scene(path: Path) -> SceneFile:
         out.sh[:, 0] = (np.stack(rgb, axis=1) - 0.5) / C0
 
     source = RowSource(len(rows), 1, lambda: nullcontext(decode), block_rows=_BLOCK_ROWS, is_active=True)
-    return SceneFile(
-        path=path,
-        format=f"picture of {width}x{height} pixels, a plane of Gaussians",
-        num_rows=len(rows),
-        num_terms=1,
-        open_rows=lambda: source,
-        up="-y",
-        photograph=Camera(np.eye(4), K, width, height),
-    )
+    name = f"picture of {width}x{height} pixels, a plane of Gaussians"
+    camera = Camera(np.eye(4), K, width, height)
+    return SceneFile(path, name, len(rows), 1, lambda: source, up="-y", photograph=camera)
 
 
 def _cells(picture: F32) -> F32:
@@ -75,10 +69,8 @@ def _cells(picture: F32) -> F32:
     largest = max(LARGEST, smallest)
     # Extend the plane around the picture, since paint would be thin at its border.
     pad = (largest, largest + -height % largest), (largest, largest + -width % largest)
-    planes = np.concatenate(
-        [rgb, np.ones((height, width, 1), np.float32) if alpha is None else alpha[..., None]], 2
-    )
-    planes = np.pad(planes, (*pad, (0, 0)), mode="edge")
+    alpha = np.ones((height, width), np.float32) if alpha is None else alpha
+    planes = np.pad(np.dstack([rgb, alpha]), (*pad, (0, 0)), mode="edge")
     found, side = [], largest
     is_open = np.ones((planes.shape[0] // side, planes.shape[1] // side), bool)
     while True:

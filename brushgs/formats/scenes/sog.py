@@ -6,10 +6,10 @@ Each Gaussian has one pixel in each picture, in rows from the top left. A scene 
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from functools import partial
 from math import prod
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from brushgs.formats.pictures.images import read_bytes
 from brushgs.formats.pictures.still import stated_size
 from brushgs.formats.scenes.columns import Columns, check_decoded_size, unpack_quats
 from brushgs.formats.scenes.rows import Decoder, RowSource, SceneFile, decoder_of_parts
-from brushgs.formats.scenes.sog_meta import Meta, Palette, SceneFiles, count_palette, open_files, parse_meta
+from brushgs.formats.scenes.sog_meta import Meta, Palette, SceneFiles, open_files, parse_meta
 from brushgs.formats.schema import MAX_BYTES
 from brushgs.values.arrays import F32, U8, Array
 
@@ -36,8 +36,7 @@ QUAT_TAG = 252  # last byte of a rotation whose largest component is w
 _SMALL_COMPONENTS = ((np.arange(256) / 255 * 2 - 1) * np.sqrt(0.5)).astype(np.float32)
 
 
-@dataclass(frozen=True)
-class Sog:
+class Sog(NamedTuple):
     """A SOG scene; the sizes of its pictures were checked."""
 
     path: Path  # zip archive, folder, or the `meta.json` in a folder
@@ -53,15 +52,10 @@ def open_scene(path: Path) -> SceneFile:
     Raises SceneError if a file or field is missing or does not fit.
     """
     sog = open_sog(path)
-    return SceneFile(
-        path=path,
-        format=f"SOG version {sog.meta.version}",
-        num_rows=sog.meta.num_rows,
-        num_terms=sog.num_terms,
-        open_rows=lambda: rows_of([(sog, [(0, sog.meta.num_rows)])], sog.num_terms),
-        training=sog.meta.training,
-        stored=sog.meta.stored,
-    )
+    meta = sog.meta
+    open_rows = partial(rows_of, [(sog, [(0, meta.num_rows)])], sog.num_terms)
+    about = path, f"SOG version {meta.version}", meta.num_rows, sog.num_terms, open_rows
+    return SceneFile(*about, training=meta.training, stored=meta.stored)
 
 
 def open_sog(path: Path) -> Sog:
@@ -121,8 +115,8 @@ def _size_of(files: SceneFiles, name: str) -> tuple[int, int]:
     if begin[:4] != b"RIFF" or begin[8:12] != b"WEBP":
         raise SceneError(files.path, f"picture {name[:100]!r} must be a WebP, but is not; {_CURE}")
     if begin[12:16] == b"VP8 ":
-        fact = f"picture {name[:100]!r} must be a lossless WebP, got a lossy one, whose numbers are wrong"
-        raise SceneError(files.path, f"{fact}; export the scene again")
+        rule = f"picture {name[:100]!r} must be a lossless WebP, got a lossy one"
+        raise SceneError(files.path, f"{rule}; export the scene again")
     return stated_size(begin)
 
 
@@ -138,8 +132,7 @@ def _check_size(files: SceneFiles, name: str, num_rows: int) -> None:
 def _check_centroids(files: SceneFiles, palette: Palette) -> tuple[int, int]:
     """Number of entries and bands of the palette. Raises SceneError if the size of its picture is wrong."""
     width, height = _size_of(files, palette.centroids)
-    found = count_palette(width, height, palette)
-    if found is None:
+    if (found := palette.counts(width, height)) is None:
         stated = "" if palette.bands is None else f" of {palette.bands} bands, {palette.num_entries} of them,"
         rule = f"picture {palette.centroids[:100]!r} must hold 64 centroids{stated} in a row"
         raise SceneError(files.path, f"{rule}, got {width}x{height}; {_CURE}")

@@ -11,9 +11,8 @@ value. The format is defined by the PlayCanvas engine and splat-transform.
 import zipfile
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import IO, Annotated, Any, Generic, TypeVar
+from typing import IO, Annotated, Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 import numpy as np
@@ -140,19 +139,17 @@ def _find_folder(path: Path, names: list[str]) -> str:
         return ""
     if len(metas) == 1:
         return metas[0][: -len(META)]
-    if any(PurePosixPath(name).name == "lod-meta.json" for name in names):
-        fact = "is a zip archive of a streamed SOG scene"
-        raise SceneError(path, f"{fact}; unpack it and name its lod-meta.json")
-    if metas:
-        what = f"{len(metas)} SOG scenes in folders of their own"
-        raise SceneError(path, f"is a zip archive of {what}; unpack it and name the {META} of one")
     files = [name for name in names if not name.endswith("/")]
-    if not files:
-        raise SceneError(path, "is a zip archive without files; download or export it again")
     few = ", ".join(repr(name[:60]) for name in files[:_SHOWN_MEMBERS])
     more = f" and {len(files) - _SHOWN_MEMBERS} more" if len(files) > _SHOWN_MEMBERS else ""
-    fact = f"is a zip archive without a SOG scene: it holds {few}{more}"
-    raise SceneError(path, f"{fact}; unpack it and name the scene inside")
+    fault = f"without a SOG scene: it holds {few}{more}; unpack it and name the scene inside"
+    if any(PurePosixPath(name).name == "lod-meta.json" for name in names):
+        fault = "of a streamed SOG scene; unpack it and name its lod-meta.json"
+    elif metas:
+        fault = f"of {len(metas)} SOG scenes in folders of their own; unpack it and name the {META} of one"
+    elif not files:
+        fault = "without files; download or export it again"
+    raise SceneError(path, f"is a zip archive {fault}")
 
 
 def _too_large(most: int) -> str:
@@ -232,8 +229,7 @@ class _Version(Struct):
     version: Any = 1
 
 
-@dataclass(frozen=True)
-class Palette:
+class Palette(NamedTuple):
     """A palette of spherical harmonics of degree 1 and more, shared by Gaussians."""
 
     num_entries: int | None  # number of entries, above all labels; None if the file does not state it
@@ -242,9 +238,17 @@ class Palette:
     centroids: str  # name of the picture of entries, 64 in a row, each (bands + 1)^2 - 1 pixels wide
     labels: str  # name of the picture of 16-bit labels, low byte first
 
+    def counts(self, width: int, height: int) -> tuple[int, int] | None:
+        """Number of entries and bands in a picture of centroids of this size; None if it does not fit."""
+        num_rest, remainder = divmod(width, PALETTE_ROW)
+        bands, room = {3: 1, 8: 2, 15: 3}.get(num_rest), PALETTE_ROW * height
+        num_entries = self.num_entries or room
+        if remainder or bands is None or self.bands not in (None, bands) or room > MAX_PALETTE:
+            return None
+        return (num_entries, bands) if num_entries <= room else None
 
-@dataclass(frozen=True)
-class Meta:
+
+class Meta(NamedTuple):
     """A `meta.json` of either version."""
 
     version: int  # 1 or 2
@@ -301,18 +305,6 @@ def parse_meta(path: Path, content: bytes) -> Meta:
         palette=palette,
         stored=read_stored(path, lambda: parse_content(scene.stored)),
     )
-
-
-def count_palette(width: int, height: int, palette: Palette) -> tuple[int, int] | None:
-    """Number of entries and bands in a picture of centroids; None if its size does not fit the palette."""
-    num_rest, is_whole = divmod(width, PALETTE_ROW)
-    bands = {3: 1, 8: 2, 15: 3}.get(num_rest)
-    num_entries = min(palette.num_entries or PALETTE_ROW * height, PALETTE_ROW * height)
-    is_fitting = not is_whole and bands is not None and palette.bands in (None, bands)
-    is_fitting = is_fitting and num_entries == (palette.num_entries or num_entries)
-    if not is_fitting or bands is None or PALETTE_ROW * height > MAX_PALETTE:
-        return None
-    return num_entries, bands
 
 
 def _palette(path: Path, value: Any, version: int) -> Palette | None:

@@ -40,18 +40,12 @@ def open_scene(path: Path) -> SceneFile:
     """
     with open_plain(path, "scene file", buffering=0) as file:
         size = file.seek(0, 2)
-    if size % SPLAT_ROW_SIZE:
-        fact = f"got {size}, {size % SPLAT_ROW_SIZE} more than whole Gaussians take"
-        rule = f"the bytes of a .splat scene must be a multiple of {SPLAT_ROW_SIZE}, {fact}"
+    num_rows, surplus = divmod(size, SPLAT_ROW_SIZE)
+    if surplus:
+        rule = f"the bytes of a .splat scene must be a multiple of {SPLAT_ROW_SIZE}, got {size}"
         raise SceneError(path, f"{rule}; it is cut off or of another format: copy or download it again")
-    check_decoded_size(path, size // SPLAT_ROW_SIZE, 1, size)
-    return SceneFile(
-        path=path,
-        format=".splat",
-        num_rows=size // SPLAT_ROW_SIZE,
-        num_terms=1,
-        open_rows=partial(_open_rows, path, size // SPLAT_ROW_SIZE),
-    )
+    check_decoded_size(path, num_rows, 1, size)
+    return SceneFile(path, ".splat", num_rows, 1, partial(_open_rows, path, num_rows))
 
 
 def _open_rows(path: Path, num_rows: int) -> RowSource:

@@ -22,22 +22,10 @@ from numpy.typing import NDArray
 
 from brushgs.errors import SceneWarning
 from brushgs.formats.files import open_plain, replacing
+from brushgs.formats.scenes import spz_container as container
 from brushgs.formats.scenes.columns import Columns, check_decoded_size, find_used_terms
 from brushgs.formats.scenes.rows import RowSource, SceneFile
-from brushgs.formats.scenes.spz_container import (
-    ANTIALIASED,
-    HAS_EXTENSIONS,
-    MAX_FRACTIONAL_BITS,
-    NUM_HEADER_BYTES,
-    Blocks,
-    Extensions,
-    Header,
-    notes_record,
-    pack_stream,
-    read_blocks,
-    read_extensions,
-    read_header,
-)
+from brushgs.formats.scenes.spz_container import MAX_FRACTIONAL_BITS, Blocks, Extensions, Header
 from brushgs.formats.scenes.stored import Stored, content_of, parse_text, read_stored, text_of
 from brushgs.formats.scenes.write import brush_order, in_order, logs_of, rounded, smallest_three
 from brushgs.values.arrays import F32, U8, U32
@@ -129,49 +117,43 @@ def open_scene(path: Path) -> SceneFile:
         SceneError: if it is damaged, of an unknown version, or other data compressed with gzip.
     """
     with open_plain(path, "scene file", buffering=0) as file:
-        read_header(path, file.read(NUM_HEADER_BYTES))  # refuses a large file of another kind early
+        begin = file.read(container.NUM_HEADER_BYTES)
+        container.read_header(path, begin)  # refuses a large file of another kind early
         file.seek(0)
         return open_data(path, file.read())
 
 
 def open_data(path: Path, data: bytes) -> SceneFile:
     """`open_scene` for the content of an SPZ file, which may be a part of the file at `path`."""
-    header = read_header(path, data)
-    check_decoded_size(
-        path, header.num_rows, header.num_terms, len(data), row_size=header.row_size, max_growth=_MAX_GROWTH
-    )
-    extensions = read_extensions(path, data, header)
+    header = container.read_header(path, data)
+    counts = header.num_rows, header.num_terms
+    check_decoded_size(path, *counts, len(data), row_size=header.row_size, max_growth=_MAX_GROWTH)
+    extensions = container.read_extensions(path, data, header)
     unknown = extensions.unknown
     if header.sh_degree > header.used_degree:
         unknown = (f"spherical harmonics of degree {header.sh_degree}", *unknown)
+    open_rows = partial(_open_rows, path, data, header, extensions)
     return SceneFile(
-        path=path,
-        format=f"SPZ, version {header.version}",
-        num_rows=header.num_rows,
-        num_terms=header.num_terms,
+        *(path, f"SPZ, version {header.version}", *counts, open_rows),
         up=extensions.up,
-        training="antialiased" if header.flags & ANTIALIASED else "default",
+        training="antialiased" if header.flags & container.ANTIALIASED else "default",
         unknown=unknown,
         stored=read_stored(path, lambda: parse_text(extensions.notes)),
-        open_rows=partial(_open_rows, path, data, header, extensions),
     )
 
 
 def _open_rows(path: Path, data: bytes, header: Header, extensions: Extensions) -> RowSource:
     """Decompress the whole file, to 19 to 64 bytes a Gaussian."""
-    blocks, surplus = read_blocks(path, data, header)
+    blocks, surplus = container.read_blocks(path, data, header)
     if surplus:
         message = f"{path}: {surplus} bytes after the last Gaussian were ignored"
         warnings.warn(SceneWarning(f"{message}; if the picture looks wrong, copy it again"), stacklevel=3)
+    decoder = partial(decode, blocks, header, extensions.is_mirrored)
+    rest = blocks.sh.reshape(header.num_rows, -1, 3)
     return RowSource(
-        header.num_rows,
-        header.num_terms,
-        lambda: nullcontext(partial(decode, blocks, header, extensions.is_mirrored)),
-        block_rows=_BLOCK_ROWS,
+        *(header.num_rows, header.num_terms, lambda: nullcontext(decoder), _BLOCK_ROWS),
         is_whole=True,
-        count_used=lambda: find_used_terms(
-            blocks.sh.reshape(header.num_rows, -1, 3), header.num_terms, _SH_ZERO
-        ),
+        count_used=lambda: find_used_terms(rest, header.num_terms, _SH_ZERO),
     )
 
 
@@ -194,10 +176,10 @@ def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
         ValueError: if a center is too far for 24 bits, or the names of brushes are too long.
         SceneError: if the file cannot be written.
     """
-    content = content_of(stored._replace(antialiased=False))  # a flag states it
-    extensions = notes_record(text_of(content).encode("ascii")) if content else b""
+    notes = text_of(content_of(stored._replace(antialiased=False)))  # a flag states it
+    extensions = container.notes_record(notes.encode("ascii")) if notes else b""
     bits = _fractional_bits(rows)
-    flags = ANTIALIASED * rows.antialiased | HAS_EXTENSIONS * bool(extensions)
+    flags = container.ANTIALIASED * rows.antialiased | container.HAS_EXTENSIONS * bool(extensions)
     header = Header(_VERSION, len(rows), rows.sh_degree, bits, flags)
     positions = np.rint(rows.means.astype(np.float64) * 2.0**bits).astype("<i4")
     blocks: list[NDArray[Any]] = [
@@ -208,7 +190,7 @@ def write_scene(rows: Gaussians, path: str | Path, stored: Stored) -> None:
         _pack_smallest_three(rows),
         rounded(rows.sh[:, 1:] * float(_SH_ZERO) + _SH_ZERO, 255),
     ]
-    data = pack_stream(header, [block.astype(np.uint8) for block in blocks], extensions)
+    data = container.pack_stream(header, [block.astype(np.uint8) for block in blocks], extensions)
     with replacing(path) as temporary:
         temporary.write_bytes(gzip.compress(data, _PACKING, mtime=0))
 
@@ -217,10 +199,8 @@ def _fractional_bits(gaussians: Gaussians) -> int:
     """Bits for `_STEPS` across the middle, at least `_USUAL_BITS`, as far as the farthest center allows."""
     farthest = float(np.abs(gaussians.means).max())
     if farthest > _LARGEST_POSITION:
-        raise ValueError(
-            f"save: means must lie within {_LARGEST_POSITION:,} units in an SPZ file, got {farthest:.4g}; "
-            "prune what lies far away, or write a .ply"
-        )
+        rule = f"means must lie within {_LARGEST_POSITION:,} units in an SPZ file, got {farthest:.4g}"
+        raise ValueError(f"save: {rule}; prune what lies far away, or write a .ply")
     low, high = np.percentile(gaussians.means.astype(np.float64), (2, 98), axis=0)
     extent = float((high - low).max())
     wanted = int(np.ceil(np.log2(_STEPS / extent))) if extent > 0 else MAX_FRACTIONAL_BITS

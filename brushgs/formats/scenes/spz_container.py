@@ -13,13 +13,14 @@ import struct
 import zlib
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from brushgs.core.threads import num_threads_or_default
 from brushgs.errors import NoGaussiansError, SceneError
+from brushgs.formats.files import cut_off, damaged
 from brushgs.values.arrays import U8
 
 _RECORD = struct.Struct("<II")  # type, number of bytes that follow
@@ -34,8 +35,7 @@ _OPPOSITE = str.maketrans("LDF", "RUB")
 _SHOWN = 6  # unknown types of records that are reported
 
 
-@dataclass(frozen=True)
-class Extensions:
+class Extensions(NamedTuple):
     """The content of the extensions of a file."""
 
     up: str | None = None  # up axis, "+x" to "-z"
@@ -50,14 +50,13 @@ def notes_record(text: bytes) -> bytes:
 
 
 def _parse_extensions(path: Path, records: memoryview) -> Extensions:
-    axes, notes, unknown = "", "", dict[str, None]()
-    start = 0
+    axes, notes, unknown, start = "", "", dict[str, None](), 0
     while start + _RECORD.size <= len(records):
         kind, size = _RECORD.unpack_from(records, start)
         start += _RECORD.size
         if size > len(records) - start:
-            fact = f"extension 0x{kind:08X} has {size} bytes where {len(records) - start} are left"
-            raise SceneError(path, f"is damaged: {fact}; copy or download it again")
+            left = len(records) - start
+            raise damaged(path, f"extension 0x{kind:08X} has {size} bytes where {left} are left")
         if kind == _COORDINATE_SYSTEM:
             axes = _read_axes(path, bytes(records[start : start + size]))
         elif kind == _NOTES:
@@ -103,8 +102,7 @@ _MAX_THREADS = 4  # streams decompressed at a time
 _BYTES_PER_THREAD = 1 << 20  # below this, a thread costs more than it saves
 
 
-@dataclass(frozen=True)
-class Header:
+class Header(NamedTuple):
     """The header of an SPZ file."""
 
     version: int  # 1 to 4
@@ -136,8 +134,7 @@ class Header:
         return sum(self.widths)
 
 
-@dataclass(frozen=True)
-class Blocks:
+class Blocks(NamedTuple):
     """Plain bytes of n Gaussians, one array for each attribute."""
 
     positions: U8  # [n x width + 1 or more], with an extra byte so that the last three can be read as four
@@ -161,23 +158,19 @@ def read_header(path: Path, begin: bytes) -> Header:
         cure = "unpack it first, for example with gunzip" if is_packed else "export it again"
         raise SceneError(path, f"{'is gzip data that ' * is_packed}holds {what}; {cure}")
     if len(begin) < _HEADER.size:
-        raise _cut_off(path, "within its header")
+        raise cut_off(path, "within its header")
     _, version, num_rows, degree, bits, flags, num_streams = _HEADER.unpack_from(begin)
     if not 1 <= version <= _LATEST:
         rule = f"must have a version from 1 to {_LATEST}, got {version}"
         raise SceneError(path, f"is an SPZ scene that {rule}; export it as PLY or an earlier version of SPZ")
     if is_packed and version == _LATEST:
-        raise SceneError(
-            path, f"is an SPZ scene of version {version} within gzip data; unpack it with gunzip"
-        )
+        raise SceneError(path, f"is an SPZ scene of version {version} within gzip data; unpack it first")
     if num_rows == 0:
         raise NoGaussiansError(path, "holds no Gaussians: its header says 0; export the scene again")
-    for what, most, got in (
-        (f"spherical harmonics must have a degree from 0 to {_MAX_DEGREE}", _MAX_DEGREE, degree),
-        (f"positions must have at most {MAX_FRACTIONAL_BITS} fractional bits", MAX_FRACTIONAL_BITS, bits),
-    ):
-        if got > most:
-            raise _bad_header(path, f"{what}, got {got}")
+    if degree > _MAX_DEGREE:
+        raise damaged(path, f"spherical harmonics must have a degree from 0 to {_MAX_DEGREE}, got {degree}")
+    if bits > MAX_FRACTIONAL_BITS:
+        raise damaged(path, f"positions must have at most {MAX_FRACTIONAL_BITS} fractional bits, got {bits}")
     if flags & _IS_TREE and version < _LATEST:
         raise SceneError(path, "holds a tree of levels of detail; export the scene without levels of detail")
     return Header(version, num_rows, degree, bits, flags, num_streams)
@@ -203,10 +196,8 @@ def read_blocks(path: Path, data: bytes, header: Header) -> tuple[Blocks, int]:
     read = _read_stream if header.version < _LATEST else _read_streams
     contents, surplus = read(path, data, header)
     arrays = [np.frombuffer(content, np.uint8) for content in contents]
-    shaped = [
-        array[: header.num_rows * width].reshape(header.num_rows, width)
-        for array, width in zip(arrays[1:], header.widths[1:], strict=True)
-    ]
+    sized = zip(arrays[1:], header.widths[1:], strict=True)
+    shaped = [array[: header.num_rows * width].reshape(header.num_rows, width) for array, width in sized]
     return Blocks(arrays[0], shaped[0][:, 0], *shaped[1:]), surplus
 
 
@@ -250,18 +241,14 @@ def _inflate(path: Path, data: bytes, header: Header) -> tuple[memoryview, int]:
         is_whole = inflater.eof or len(content) == needed + _MAX_TRAILER
         surplus = len(inflater.unused_data)
     if len(content) < needed or not is_whole:
-        complete = max(len(content) - _HEADER.size, 0)
-        raise _cut_off(
-            path, f"after {complete} of {needed - _HEADER.size} bytes of {header.num_rows} Gaussians"
-        )
+        raise cut_off(path, f"after {len(content)} of {needed} bytes of {header.num_rows} Gaussians")
     return content, surplus
 
 
 def _read_stream(path: Path, data: bytes, header: Header) -> tuple[list[memoryview], int]:
     """Blocks of a file of versions 1 to 3, each followed by the rest of the content; and the surplus."""
     content, surplus = _inflate(path, data, header)
-    parts = []
-    start = _HEADER.size
+    parts, start = [], _HEADER.size
     for width in header.widths:
         parts.append(content[start:])
         start += header.num_rows * width
@@ -273,11 +260,10 @@ def _read_stream(path: Path, data: bytes, header: Header) -> tuple[list[memoryvi
 def _table_offset(path: Path, data: bytes, header: Header) -> int:
     """Byte offset of the table of contents of a file of version 4."""
     if len(data) < _HEADER_4_SIZE:
-        raise _cut_off(path, "within its header")
+        raise cut_off(path, "within its header")
     (offset,) = _TABLE_OFFSET.unpack_from(data, _HEADER.size)
     if not _HEADER_4_SIZE <= offset <= len(data) - header.num_streams * _STREAM.size:
-        fact = f"its table of contents is said to begin at byte {offset} of {len(data)}"
-        raise SceneError(path, f"is cut off or damaged: {fact}; copy or download it again")
+        raise cut_off(path, f"its table of contents is said to begin at byte {offset} of {len(data)}")
     return int(offset)
 
 
@@ -286,25 +272,21 @@ def _read_streams(path: Path, data: bytes, header: Header) -> tuple[list[bytes],
     sizes = [header.num_rows * width for width in header.widths if width]
     if header.num_streams != len(sizes):
         rule = f"must have {len(sizes)} streams for degree {header.sh_degree}, got {header.num_streams}"
-        raise _bad_header(path, rule)
+        raise damaged(path, f"it {rule}")
     offset = _table_offset(path, data, header)
-    start = offset + header.num_streams * _STREAM.size
-    streams = []
+    start, streams = offset + header.num_streams * _STREAM.size, []
     for number, size in enumerate(sizes):
         packed, unpacked = _STREAM.unpack_from(data, offset + number * _STREAM.size)
         if unpacked != size:
             rule = f"stream {number} must hold {size} bytes for {header.num_rows} Gaussians, got {unpacked}"
-            raise _bad_header(path, rule)
-        if packed > len(data) - start:
-            raise _cut_off(path, f"{packed - (len(data) - start)} bytes before the end of stream {number}")
+            raise damaged(path, rule)
+        if (missing := packed - (len(data) - start)) > 0:
+            raise cut_off(path, f"{missing} bytes before the end of stream {number}")
         streams.append((memoryview(data)[start : start + packed], size))
         start += packed
     most = min(num_threads_or_default(None), _MAX_THREADS, sum(sizes) // _BYTES_PER_THREAD)
-    if most < 2:
-        contents = [_decompress(path, *stream) for stream in streams]
-    else:
-        with ThreadPoolExecutor(most) as pool:  # zstd releases the lock of the interpreter
-            contents = list(pool.map(lambda stream: _decompress(path, *stream), streams))
+    with ThreadPoolExecutor(max(most, 1)) as pool:  # zstd releases the lock of the interpreter
+        contents = list(pool.map(lambda stream: _decompress(path, *stream), streams))
     contents[0] += b"\0"
     return contents if header.widths[-1] else [*contents, b""], len(data) - start
 
@@ -323,14 +305,6 @@ def _decompress(path: Path, packed: memoryview, size: int) -> bytes:
     if len(content) != size:
         raise _damaged(path, f"a stream of {size} bytes held {len(content)}")
     return content
-
-
-def _bad_header(path: Path, rule: str) -> SceneError:
-    return SceneError(path, f"{rule}; the header is damaged: copy or export it again")
-
-
-def _cut_off(path: Path, where: str) -> SceneError:
-    return SceneError(path, f"is cut off {where}; copy or download it again")
 
 
 def _damaged(path: Path, fact: object) -> SceneError:

@@ -5,6 +5,7 @@ read; 0 is the finest. The format is defined by splat-transform and the PlayCanv
 """
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -16,7 +17,7 @@ from brushgs.formats.pictures.images import MAX_PIXELS
 from brushgs.formats.scenes.columns import check_decoded_size
 from brushgs.formats.scenes.rows import SceneFile
 from brushgs.formats.scenes.sog import MAX_GROWTH, Sog, open_sog, rows_of
-from brushgs.formats.schema import MAX_BYTES, SMALL_OBJECT, as_count, decode, shown
+from brushgs.formats.schema import MAX_BYTES, SMALL_OBJECT, as_count, decode, refused, shown
 
 INDEX = "lod-meta.json"
 # Most Gaussians of the default level: 470 MB with harmonics of degree 3, far more than strokes can show.
@@ -62,14 +63,10 @@ def open_scene(path: Path, lod: int | None = None) -> SceneFile:
     trainings = {sog.meta.training for sog, _ in parts}
     counts = ", ".join(f"{total:,}" for total in totals)
     environment = ", its environment not read" if value.environment else ""
-    return SceneFile(
-        path=path,
-        format=f"streamed SOG, level {level} of 0 to {len(totals) - 1} ({counts} Gaussians){environment}",
-        num_rows=totals[level],
-        num_terms=num_terms,
-        open_rows=lambda: rows_of(parts, num_terms),
-        training=trainings.pop() if len(trainings) == 1 else "default",
-    )
+    name = f"streamed SOG, level {level} of 0 to {len(totals) - 1} ({counts} Gaussians){environment}"
+    training = trainings.pop() if len(trainings) == 1 else "default"
+    open_rows = partial(rows_of, parts, num_terms)
+    return SceneFile(path, name, totals[level], num_terms, open_rows, training=training)
 
 
 def _choose(index: Path, totals: list[int], lod: int | None) -> int:
@@ -112,8 +109,7 @@ def _leaf_entries(index: Path, tree: object) -> Iterator[tuple[str, object]]:
         children = node.get("children") or [] if isinstance(node, dict) else None
         lods = node.get("lods") or {} if isinstance(node, dict) else None
         if not isinstance(children, list) or not isinstance(lods, dict):
-            rule = "tree must be made of objects with children or lods"
-            raise SceneError(index, f"{rule}, got {shown(node)}; {_CURE}")
+            raise refused(index, "tree", "made of objects with children or lods", node, _CURE)
         pending.extend(reversed(children))
         yield from lods.items()
 

@@ -24,7 +24,7 @@ from brushgs.formats.scenes.rows import SceneFile
 from brushgs.formats.scenes.stored import MAX_TEXT, Stored, text_of
 from brushgs.formats.scenes.write import brush_order, finite_scales, in_order
 from brushgs.formats.schema import parse_json
-from brushgs.formats.usd import INSTALL, Answer, is_usd_here, reading
+from brushgs.formats.usd import INSTALL, TYPE, Answer, is_usd_here, reading
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import normalized
 
@@ -42,21 +42,17 @@ def open_scene(path: Path) -> SceneFile:
         parts = [_open_part(path, answer, index) for index in range(len(answer.header["parts"]))]
         up, notes = answer.header["up"], [part["notes"] for part in answer.header["parts"]]
     if not parts:
-        fact = "is a USD stage without Gaussian splats (ParticleField3DGaussianSplat)"
-        raise SceneError(path, f"{fact}; export the splats as .ply or .usdc of USD 26.03")
+        cure = "export the splats as .ply or .usdc of USD 26.03"
+        raise SceneError(path, f"is a USD stage without Gaussian splats ({TYPE}); {cure}")
     stored, is_ours = read_notes(path, _parsed(notes[0]), [part.matrix for part in parts])
     if is_ours:
         parts = [replace(parts[0], matrix=np.eye(4))]
     open_rows = partial(rows_of_parts, parts, is_whole=True)
     rows = open_rows()
-    size = path.stat().st_size
-    check_decoded_size(path, rows.num_rows, rows.num_terms, size, max_growth=_MAX_GROWTH)
+    counts = rows.num_rows, rows.num_terms
+    check_decoded_size(path, *counts, path.stat().st_size, max_growth=_MAX_GROWTH)
     return SceneFile(
-        path=path,
-        format="USD with ParticleField3DGaussianSplat",
-        num_rows=rows.num_rows,
-        num_terms=rows.num_terms,
-        open_rows=open_rows,
+        *(path, f"USD with {TYPE}", *counts, open_rows),
         up=None if is_ours or up is None else f"+{up.lower()}",
         training="antialiased" if stored.antialiased else "default",
         stored=stored,
@@ -122,7 +118,7 @@ def _stage(rows: Gaussians, stored: Stored) -> Any:
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     UsdGeom.SetStageMetersPerUnit(stage, 1.0)  # unknown: trained scenes have an arbitrary scale
-    prim = stage.DefinePrim(f"/{SCENE_NODE}", "ParticleField3DGaussianSplat")
+    prim = stage.DefinePrim(f"/{SCENE_NODE}", TYPE)
     stage.SetDefaultPrim(prim)
     notes = notes_of(stored)
     prim.SetCustomDataByKey(NOTES, text_of(notes))
@@ -142,10 +138,8 @@ def _stage(rows: Gaussians, stored: Stored) -> Any:
     ):
         numbers = np.ascontiguousarray(values, np.float32)
         prim.CreateAttribute(name, kind, custom=False).Set(array.FromNumpy(numbers))
-    degree = prim.CreateAttribute(
-        "radiance:sphericalHarmonicsDegree", kinds.Int, custom=False, variability=Sdf.VariabilityUniform
-    )
-    degree.Set(rows.sh_degree)
+    degree = "radiance:sphericalHarmonicsDegree", kinds.Int, False, Sdf.VariabilityUniform
+    prim.CreateAttribute(*degree).Set(rows.sh_degree)
     return stage
 
 

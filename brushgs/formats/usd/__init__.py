@@ -8,13 +8,12 @@ memory, a SceneError is raised.
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from importlib.util import find_spec
 from math import ceil
 from pathlib import Path
 from pickle import UnpicklingError
 from tempfile import TemporaryDirectory
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +27,7 @@ class RefusedError(ValueError):
 
 
 PACKAGE = "pxr"  # of usd-core
+TYPE = "ParticleField3DGaussianSplat"  # of the prims that hold splats
 INSTALL = "pip install 'brushgs[usd]'"
 _MIN_SECONDS, _BYTES_A_SECOND = 60, 5_000_000  # time limit: a minimum, and a reading speed beyond it
 _MEMORY = 2 << 30, 24  # memory limit: bytes of address space, and additional bytes per byte of the file
@@ -36,8 +36,7 @@ _REMOVES_MAPPED = os.name == "posix"
 _DAMAGED = "is damaged, or no USD file; export it again"
 
 
-@dataclass(frozen=True)
-class Answer:
+class Answer(NamedTuple):
     """The data read from a USD file."""
 
     header: dict[str, Any]  # the result of the reader in `child`

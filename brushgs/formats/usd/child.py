@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from pxr import Ar, Sdf, Usd, UsdGeom
 
 from brushgs.formats.gltf_file import is_scene_name
-from brushgs.formats.usd import RefusedError
+from brushgs.formats.usd import TYPE, RefusedError
 from brushgs.values.arrays import F64
 
 _MAX_LAYERS = 1000
@@ -88,8 +88,7 @@ def read_cameras(path: Path, folder: Path) -> dict[str, Any]:
     seconds = max((end - start) / rate, 0.0)
     num_moving = sum(_may_move(prim) for prim in found + scenes)
     if seconds * fps * num_moving >= _MAX_SAMPLES:
-        fact = f"its cameras move for {seconds:,.0f} s, which is too many frames"
-        raise RefusedError(f"{fact}; export a part of it, or fewer cameras")
+        raise RefusedError(f"its cameras move for {seconds:,.0f} s, too many frames; export a part of it")
     times = np.linspace(start, end, max(round(seconds * fps), 1) + 1) if seconds > 0 else np.array([start])
     for index, prim in enumerate(found):
         moments = times if _may_move(prim) else times[:1]
@@ -146,13 +145,10 @@ def _span(stage: Any, found: list[Any]) -> tuple[float, float]:
     if stage.HasAuthoredTimeCodeRange() and stage.GetEndTimeCode() > stage.GetStartTimeCode():
         span = stage.GetStartTimeCode(), stage.GetEndTimeCode()
     else:
-        samples = [
-            time
-            for prim in found
-            for some in (*_chain(prim), *_lens_attributes(prim))
-            for time in (lambda all_of: (all_of[0], all_of[-1]) if all_of else ())(some.GetTimeSamples())
-        ]
-        span = min(samples, default=0.0), max(samples, default=0.0)
+        animated = (some for prim in found for some in (*_chain(prim), *_lens_attributes(prim)))
+        samples = [times for some in animated if (times := some.GetTimeSamples())]  # each ascending
+        firsts, lasts = (times[0] for times in samples), (times[-1] for times in samples)
+        span = min(firsts, default=0.0), max(lasts, default=0.0)
     if not np.isfinite(span).all():
         raise RefusedError("must have finite times; export it again")
     return span
@@ -174,7 +170,6 @@ def _lens(prim: Any, times: F64) -> F64:
     return np.array(rows, np.float64)
 
 
-TYPE = "ParticleField3DGaussianSplat"
 NOTES = "brushgs"
 _MAX_PARTS = 1000
 _MAX_DEGREE, _USED_DEGREE = 10, 3
@@ -184,12 +179,13 @@ _FIRST = Usd.TimeCode.EarliestTime()  # time at which animated values are read
 def read_splats(path: Path, folder: Path) -> dict[str, Any]:
     """Write the arrays, and return the header."""
     stage = open_stage(path)
-    found = [prim for prim in prims(stage) if prim.GetTypeName() == TYPE and _is_visible(prim)]
+    found = [prim for prim in prims(stage) if prim.GetTypeName() == TYPE]
     if len(found) > _MAX_PARTS:
         raise RefusedError(f"must hold at most {_MAX_PARTS:,} prims of splats; export only what is needed")
     parts: list[dict[str, Any]] = []
     for prim in found:
-        if (arrays := _arrays(prim)) is None:
+        is_seen = UsdGeom.Imageable(prim).ComputeVisibility() != UsdGeom.Tokens.invisible
+        if not is_seen or (arrays := _arrays(prim)) is None:
             continue
         for name, array in arrays.items():
             np.save(folder / f"{name}_{len(parts)}.npy", array)
@@ -197,10 +193,6 @@ def read_splats(path: Path, folder: Path) -> dict[str, Any]:
         parts.append({"notes": notes if isinstance(notes, str) else None})
     has_up = stage.HasAuthoredMetadata("upAxis")
     return {"up": str(UsdGeom.GetStageUpAxis(stage)) if has_up else None, "parts": parts}
-
-
-def _is_visible(prim: Any) -> bool:
-    return bool(UsdGeom.Imageable(prim).ComputeVisibility() != UsdGeom.Tokens.invisible)
 
 
 def _arrays(prim: Any) -> dict[str, NDArray[Any]] | None:
