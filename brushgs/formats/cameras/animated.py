@@ -7,9 +7,8 @@ whatever rotated, moved or scaled the scene. Without this node, the file is in s
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from msgspec import Meta
@@ -35,8 +34,7 @@ Point = tuple[_Coordinate, _Coordinate, _Coordinate]
 Quat = tuple[_Coordinate, _Coordinate, _Coordinate, _Coordinate]
 
 
-@dataclass(frozen=True)
-class LensTrack:
+class LensTrack(NamedTuple):
     """A lens at T times."""
 
     focal: F64  # [T] focal length, in picture heights
@@ -45,8 +43,7 @@ class LensTrack:
     aspect: float  # width / height of the picture
 
 
-@dataclass(frozen=True)
-class FoundCamera:
+class FoundCamera(NamedTuple):
     """A camera of a file."""
 
     name: str  # in words, such as "camera 'Shot'"
@@ -56,8 +53,7 @@ class FoundCamera:
     at: Callable[[F64], tuple[F64, LensTrack]]
 
 
-@dataclass(frozen=True)
-class FoundScene:
+class FoundScene(NamedTuple):
     """The transform of the painted scene in a file; see `SCENE_NODE`."""
 
     times: Times | None  # start and end of its animation, seconds of the file; None if it is still
@@ -169,8 +165,8 @@ def _scale_of_scene(path: Path, matrices: F64) -> F64:
 def _picture_size(path: Path, name: str, aspect: float) -> tuple[int, int]:
     """Width and height in pixels: the default longest side, and even numbers, as videos require."""
     if not 1 / MAX_ASPECT <= aspect <= MAX_ASPECT:
-        rule = f"the aspect ratio must be {1 / MAX_ASPECT:g} to {MAX_ASPECT:g}"
-        raise SceneError(path, f"{name}: {rule}, got {aspect:g}; export it again")
+        rule = f"the aspect ratio must be {1 / MAX_ASPECT:g} to {MAX_ASPECT:g}, got {aspect:g}"
+        raise SceneError(path, f"{name}: {rule}; export it again")
     longest = max(DEFAULT_SIZE)
     width, height = longest * min(1.0, aspect), longest * min(1.0, 1 / aspect)
     return 2 * round(width / 2), 2 * round(height / 2)

@@ -92,23 +92,17 @@ def read(path: Path, content: object = None) -> CameraFile:
     if not images:
         raise SceneError(images_file, "holds no images; the reconstruction found none, run it again")
     cameras = [_camera(images_file, image, lenses) for image in images]
-    found: dict[str, tuple[float, str]] = {}
-    for lens in (lenses[number] for number in sorted({image.camera_id for image in images})):
-        for name, value in lens.values.items():
-            if name[0] in "kp" and value:
-                found.setdefault(name, (value, lens.model))
-    model = next((model for _, model in found.values()), "")
-    warn_of_distortion(cameras_file, model, {name: value for name, (value, _) in found.items()})
+    used = (lenses[number] for number in sorted({image.camera_id for image in images}))
+    warn_of_distortion(cameras_file, ((lens.model, lens.values) for lens in used))
     return CameraFile(cameras, names=tuple(image.name for image in images))
 
 
 def _find(path: Path) -> tuple[Path, Path]:
     """The files of cameras and images of the model at a path."""
-    if not path.is_dir():
-        if not path.exists():
-            raise SceneError(path, "there is no such file; check the path")
-        places = [(path.parent, path.suffix)]
-    else:
+    if not path.exists():
+        raise SceneError(path, "there is no such file; check the path")
+    places = [(path.parent, path.suffix)]
+    if path.is_dir():
         places = [(path / place, suffix) for place in MODEL_FOLDERS for suffix in _SUFFIXES]
     pairs = [(folder / f"cameras{suffix}", folder / f"images{suffix}") for folder, suffix in places]
     for pair in pairs:
@@ -167,10 +161,9 @@ def _check_model(path: Path, number: int, model: str) -> list[str]:
         return parameters.split()
     known = ", ".join(name for name, parameters in MODELS if parameters)
     cure = f"a pinhole is needed ({known}): undistort the images with `colmap image_undistorter`"
+    is_known = model in _PARAMETERS
     what = (
-        f"camera model {model} is not a pinhole"
-        if model in _PARAMETERS
-        else f"{model[:40]} is not a known camera model"
+        f"camera model {model} is not a pinhole" if is_known else f"{model[:40]} is not a known camera model"
     )
     raise SceneError(path, f"camera {number}: {what}; {cure}")
 

@@ -9,24 +9,15 @@ Source: LichtFeld Studio (github.com/MrNeRF/LichtFeld-Studio), src/sequencer/tim
 and keyframe.hpp; src/rendering/include/rendering/coordinate_conventions.hpp and render_constants.hpp.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from msgspec import Meta, Struct
 
 from brushgs.errors import SceneError
-from brushgs.formats.cameras.animated import (
-    FoundCamera,
-    LensTrack,
-    Point,
-    Quat,
-    camera_file,
-    hermite,
-    slerp,
-    steered,
-)
+from brushgs.formats.cameras import animated
+from brushgs.formats.cameras.animated import FoundCamera, LensTrack
 from brushgs.formats.cameras.read import CameraFile
 from brushgs.formats.schema import decode, refused
 from brushgs.values.arrays import F64
@@ -42,8 +33,8 @@ class _Key(Struct):
     """A keyframe; `easing` applies until the next one."""
 
     time: float
-    position: Point
-    rotation: Quat
+    position: animated.Point
+    rotation: animated.Quat
     focal_length_mm: Annotated[float, Meta(gt=0)]
     easing: Literal[0, 1, 2, 3] = 0
 
@@ -66,11 +57,11 @@ def read(path: Path, content: bytes) -> CameraFile:
             raise refused(path, f"keyframes[{index}].rotation", "a rotation", list(key.rotation), _CURE)
     keys = _Keys.of(sorted(found, key=lambda key: key.time))
     span = (float(keys.times[0]), float(keys.times[-1])) if len(found) > 1 else None
-    return camera_file(path, [FoundCamera("the camera of the timeline", span, keys.at)], None, None, ())
+    camera = FoundCamera("the camera of the timeline", span, keys.at)
+    return animated.camera_file(path, [camera], None, None, ())
 
 
-@dataclass(frozen=True, eq=False)
-class _Keys:
+class _Keys(NamedTuple):
     """K keyframes: times [K], positions [K, 3], quaternions [K, 4], focal lengths [K] in mm, easings [K]."""
 
     times: F64
@@ -100,10 +91,10 @@ class _Keys:
         before, after = np.maximum(start - 1, 0), np.minimum(end + 1, last)
         leave = 0.5 * (self.places[end] - self.places[before])
         arrive = 0.5 * (self.places[after] - self.places[start])
-        places = hermite(self.places[start], leave, arrive, self.places[end], share)
-        turns = rotation_matrices(slerp(self.quats[start], self.quats[end], share))
+        places = animated.hermite(self.places[start], leave, arrive, self.places[end], share)
+        turns = rotation_matrices(animated.slerp(self.quats[start], self.quats[end], share))
         focal = self.focal[start] + share[:, 0] * (self.focal[end] - self.focal[start])
-        return steered(turns, places, focal / _FILM_HEIGHT, _SCENE_FROM_WORLD)
+        return animated.steered(turns, places, focal / _FILM_HEIGHT, _SCENE_FROM_WORLD)
 
 
 def eased(share: F64, easing: F64) -> F64:

@@ -26,9 +26,8 @@ def read(path: Path, content: bytes | None) -> CameraFile:
     camera = camera_in(path, header, size)
     if camera is None:
         listed = ", ".join(element.name for element in header.elements) or "none"
-        raise SceneError(
-            path, f"has no camera of a photograph among its elements ({listed}); give a file of cameras"
-        )
+        fact = f"has no camera of a photograph among its elements ({listed})"
+        raise SceneError(path, f"{fact}; give a file of cameras")
     return CameraFile([camera])
 
 

@@ -4,6 +4,7 @@ import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -19,8 +20,7 @@ from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(NamedTuple):
     """An animated camera, which can be evaluated at any time."""
 
     seconds: float  # duration, > 0
@@ -94,13 +94,21 @@ def _lens_rule(K: Sequence[float], size: Sequence[float], place: ArrayLike) -> s
     return f"the size {broken}" if broken else None
 
 
-def warn_of_distortion(path: Path, model: str, coefficients: dict[str, float]) -> None:
-    """Warn once that the lens distortion of a file is ignored, if there are coefficients."""
-    if not coefficients:
-        return
-    listed = ", ".join(f"{name} = {value:g}" for name, value in coefficients.items())
-    message = f"the distortion of camera model {model} was ignored ({listed}); pictures are a pinhole's"
-    warnings.warn(SceneWarning(f"{path}: {message}"), stacklevel=4)
+def warn_of_distortion(path: Path, lenses: Iterable[tuple[str, dict[str, Any]]]) -> None:
+    """Warn once that the lens distortion of a file is ignored; a lens is its model and its parameters.
+
+    Parameters that are no numbers are skipped.
+    """
+    found: dict[str, tuple[float, str]] = {}
+    for model, values in lenses:
+        for name, value in values.items():
+            if name[0] in "kp" and isinstance(value, int | float) and value:
+                found.setdefault(name, (value, model))
+    if found:
+        listed = ", ".join(f"{name} = {value:g}" for name, (value, _) in found.items())
+        model = next(iter(found.values()))[1]
+        message = f"the distortion of camera model {model} was ignored ({listed}); pictures are a pinhole's"
+        warnings.warn(SceneWarning(f"{path}: {message}"), stacklevel=4)
 
 
 def read_cameras(path: str | Path) -> CameraFile:
@@ -141,11 +149,8 @@ def _identify(path: Path) -> tuple[Format, bytes | None]:
 
 def find_beside(folders: Iterable[Path]) -> list[Path]:
     """The camera files in some folders, in the order of the folders; none is opened."""
-    found = []
-    for folder in folders:
-        found += [path for name in FILES_BESIDE if is_plain(path := folder / name)]
-        found += [path for path in (folder / MODEL_BESIDE,) if is_dir(path)]
-    return found
+    kinds = [(name, is_plain) for name in FILES_BESIDE] + [(MODEL_BESIDE, is_dir)]
+    return [path for folder in folders for name, is_one in kinds if is_one(path := folder / name)]
 
 
 def read_beside(path: Path) -> list[Camera]:

@@ -10,23 +10,16 @@ Source: SuperSplat (github.com/playcanvas/supersplat), src/camera-poses.ts, time
 anim/spline.ts and doc.ts.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from msgspec import Meta, Struct, field
 
 from brushgs.errors import SceneError
-from brushgs.formats.cameras.animated import (
-    DEFAULT_ASPECT,
-    FoundCamera,
-    LensTrack,
-    Point,
-    camera_file,
-    hermite,
-    steered,
-)
+from brushgs.formats.cameras import animated
+from brushgs.formats.cameras.animated import FoundCamera, LensTrack
 from brushgs.formats.cameras.read import CameraFile
 from brushgs.formats.schema import MAX_BYTES, decode, refused
 from brushgs.formats.zip_file import open_zip, read_member
@@ -40,8 +33,8 @@ Angle = Annotated[float, Meta(gt=0, lt=180)]
 
 
 class _Pose(Struct):
-    position: Point
-    target: Point
+    position: animated.Point
+    target: animated.Point
     frame: Annotated[float, Meta(ge=0)] | None = None
     fov: Angle | None = None
 
@@ -76,7 +69,7 @@ def read(path: Path, content: bytes | None) -> CameraFile:
     timeline, keys = document.timeline, _Keys.of(path, document)
     span = (0.0, timeline.frames / timeline.frame_rate) if len(keys.frames) > 1 else None
     found = FoundCamera("the camera of the poses", span, keys.at)
-    file = camera_file(path, [found], None, timeline.frame_rate, ())
+    file = animated.camera_file(path, [found], None, timeline.frame_rate, ())
     return replace(file, is_loop=span is not None)
 
 
@@ -87,8 +80,7 @@ def _unpacked(path: Path) -> bytes:
         return read_member(path, archive, _DOCUMENT, MAX_BYTES, lacks=lacks, cure=_CURE)
 
 
-@dataclass(frozen=True, eq=False)
-class _Keys:
+class _Keys(NamedTuple):
     """K poses; if there are several, padded with two of the previous and two of the next loop."""
 
     path: Path  # the file, for messages
@@ -134,10 +126,10 @@ class _Keys:
             length = np.diff(self.frames)[start][:, None]
             share = (frames - self.frames[start])[:, None] / length
             leave, arrive = self.speeds[start] * length, self.speeds[start + 1] * length
-            values = hermite(self.values[start], leave, arrive, self.values[start + 1], share)
+            values = animated.hermite(self.values[start], leave, arrive, self.values[start + 1], share)
         turns = self._turns(values[:, 3:6] - values[:, :3])
-        focal = max(DEFAULT_ASPECT, 1.0) / 2 / np.tan(np.radians(values[:, 6]) / 2)
-        return steered(turns, values[:, :3], focal, _SCENE_FROM_WORLD)
+        focal = max(animated.DEFAULT_ASPECT, 1.0) / 2 / np.tan(np.radians(values[:, 6]) / 2)
+        return animated.steered(turns, values[:, :3], focal, _SCENE_FROM_WORLD)
 
     def _turns(self, ahead: F64) -> F64:
         """[T, 3, 3] world from camera, for cameras without roll that look along `ahead` [T, 3]."""

@@ -112,7 +112,10 @@ def read_transforms(path: Path, content: bytes) -> CameraFile:
     file = decode(path, content, _Transforms, _CURE)
     frames = _filled(path, file.frames)
     cameras = [_of_frame(Entry(path, f"frames[{i}]", own, file)) for i, own in enumerate(frames)]
-    _warn_of_distortion(path, [file, *frames])
+    sources = (file, *frames)
+    model = next((one.camera_model for one in sources if one.camera_model in _PINHOLES), "OPENCV")
+    lenses = ({name: getattr(one, name) for name in _DISTORTION} for one in sources)
+    warn_of_distortion(path, ((model, lens) for lens in lenses))
     return CameraFile(cameras, names=_names([frame.file_path for frame in frames]))
 
 
@@ -245,18 +248,6 @@ def _of_frame(frame: Entry) -> Camera:
     K = fx, fy, width / 2 if cx is None else cx, height / 2 if cy is None else cy
     near = frame.find("near_plane") or Camera.near
     return frame.opengl_camera("transform_matrix", K, (width, height), near)
-
-
-def _warn_of_distortion(path: Path, sources: list[_Frame]) -> None:
-    """Warn once of lens distortion in any frame, which is ignored."""
-    found: dict[str, float] = {}
-    for source in sources:
-        for name in _DISTORTION:
-            value = getattr(source, name)
-            if value and isinstance(value, int | float):
-                found.setdefault(name, value)
-    model = next((some.camera_model for some in sources if some.camera_model in _PINHOLES), "OPENCV")
-    warn_of_distortion(path, model, {name: found[name] for name in _DISTORTION if name in found})
 
 
 def _of_view(view: Entry, matrix_name: str) -> Camera:
