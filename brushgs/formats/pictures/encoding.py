@@ -1,10 +1,10 @@
 """Choose the encoding of an output file, and refuse options that its format does not support."""
 
-from dataclasses import dataclass
 from fractions import Fraction
 from importlib.util import find_spec
 from math import isclose
 from pathlib import Path
+from typing import NamedTuple
 
 from brushgs.formats.format import Format, VideoCodec
 from brushgs.formats.registry import VIDEO_FORMATS, VIDEO_SUFFIXES, by_suffix, find_written
@@ -25,8 +25,7 @@ def frame_rate(fps: float) -> Fraction:
     return Fraction(fps).limit_denominator(1001)
 
 
-@dataclass(frozen=True)
-class Encoding:
+class Encoding(NamedTuple):
     """How the pixels of a file are stored."""
 
     bits: int  # per channel
@@ -45,17 +44,6 @@ def check_encoder(path: str | Path, row: Format) -> None:
     """Raise ValueError if the package that encodes a file is not installed. Called before any work starts."""
     if row.package and find_spec(row.package) is None:
         raise ValueError(f"{Path(path).name}: {_NEEDS[row.kind]}")
-
-
-def check_bits(path: str | Path, bits: int | None) -> int:
-    """Bits per channel of a picture file: as requested, or the default of the format.
-
-    Raises ValueError if the format does not offer them, or its encoder is not installed.
-    """
-    picture_format = find_written("picture", path)
-    assert picture_format is not None, "the suffix was checked"
-    check_encoder(path, picture_format)
-    return _bits(path, picture_format, bits)
 
 
 def choose_encoding(
@@ -83,7 +71,11 @@ def choose_encoding(
         others = listed([Path(path).with_suffix(suffix).name for suffix in suffixes])
         fact = f"background must not be transparent in {Path(path).name}, whose format holds no transparency"
         raise ValueError(f"{fact}; choose a color, or write {others}")
-    return Encoding(_bits(path, offer, bits), transparent, codec)
+    if bits is not None and bits not in offer.bits:
+        known = listed([str(number) for number in sorted(offer.bits)])
+        name = "" if isinstance(offer, Format) else f" with {offer.name}"
+        raise ValueError(f"bits must be {known} for {_suffix(path)}{name}, got {bits}")
+    return Encoding(bits or offer.bits[0], transparent, codec)
 
 
 def video_format_of(path: str | Path) -> Format:
@@ -103,14 +95,6 @@ def codec_of(path: str | Path, codec: str | None = None) -> VideoCodec:
         cure = f"; {listed(others)} takes that" if others else ""
         raise ValueError(f"codec must {rule} {_suffix(path)}, got {codec!r}{cure}")
     return VIDEO_CODECS[codec or offered[0]]
-
-
-def _bits(path: str | Path, offer: Format | VideoCodec, bits: int | None) -> int:
-    if bits is not None and bits not in offer.bits:
-        known = listed([str(number) for number in sorted(offer.bits)])
-        name = "" if isinstance(offer, Format) else f" with {offer.name}"
-        raise ValueError(f"bits must be {known} for {_suffix(path)}{name}, got {bits}")
-    return bits or offer.bits[0]
 
 
 def _suffix(path: str | Path) -> str:

@@ -116,9 +116,8 @@ def _palette_graph(width: int, height: int, rate: Fraction, colors: U8) -> tuple
     entries[_NUM_COLORS, 3] = 0  # transparent: unchanged since the last frame
     palette = av.VideoFrame.from_ndarray(entries.reshape(16, 16, 4), format="rgba").reformat(format="bgra")
     graph = av.filter.Graph()
-    frames = graph.add_buffer(
-        width=width, height=height, format=av.VideoFormat("rgb24"), time_base=1 / rate, name="frames"
-    )
+    rgb = av.VideoFormat("rgb24")
+    frames = graph.add_buffer(width=width, height=height, format=rgb, time_base=1 / rate, name="frames")
     palette_in = graph.add_buffer(template=palette, time_base=1 / rate, name="palette")
     use = graph.add("paletteuse", _DITHER)
     frames.link_to(use, 0, 0)

@@ -18,7 +18,7 @@ import numpy as np
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, scratch_folder
 from brushgs.formats.format import NUM_FIRST_BYTES, Format
-from brushgs.formats.pictures.encoding import check_bits
+from brushgs.formats.pictures.encoding import choose_encoding
 from brushgs.formats.pictures.oiio import Background, Strips, first_line
 from brushgs.formats.registry import PICTURE_SUFFIXES, PICTURES_READ, find_read, find_written, function_of
 from brushgs.options.choices import FileSpace
@@ -37,8 +37,7 @@ MAX_PIXELS = 1 << 25  # slightly above 7680 x 4320: half a gigabyte as float RGB
 def check_pixels(path: Path, width: int, height: int, max_pixels: int) -> None:
     """Refuse a picture of more than `max_pixels` pixels. Raises SceneError."""
     if width * height > max_pixels:
-        size = f"{width}x{height}"
-        raise SceneError(path, f"must have at most {max_pixels} pixels, got {size}; scale it down")
+        raise SceneError(path, f"must have at most {max_pixels} pixels, got {width}x{height}; scale it down")
 
 
 def find_format(path: Path, max_pixels: int) -> Format:
@@ -157,8 +156,8 @@ def _check_spec(path: Path, spec: "OpenImageIO.ImageSpec", max_pixels: int) -> N
     at_once = max(spec.width * num_rows, spec.tile_width * spec.tile_height * max(spec.tile_depth, 1))
     in_all = spec.width * spec.height
     if spec.nchannels * max(at_once / _MAX_CHANNELS, in_all / _MAX_LAYERED) > max_pixels:
-        fact = f"holds {spec.nchannels} channels in {spec.width}x{spec.height} pixels and tiles of"
-        tile = f"{spec.tile_width}x{spec.tile_height}, which is too much"
+        fact = f"holds {spec.nchannels} channels in {spec.width}x{spec.height} pixels"
+        tile = f"and tiles of {spec.tile_width}x{spec.tile_height}, which is too much"
         raise SceneError(path, f"{fact} {tile}; save it with its colors only")
 
 
@@ -271,7 +270,7 @@ def write_frame(
     if picture_format is None:
         rule = f"path must end in one of {', '.join(PICTURE_SUFFIXES)}"
         raise ValueError(f"write_frame: {rule}, got {str(path)!r}; change the suffix")
-    bits = check_bits(path, bits)
+    bits = choose_encoding(path, bits=bits).bits
     options: dict[str, Any] = {"bits": bits} if len(picture_format.bits) > 1 else {}
     if picture_format.holds_metadata:
         options["shot"] = shot

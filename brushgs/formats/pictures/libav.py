@@ -11,7 +11,6 @@ Source: ITU-R BT.709-6, items 3.2 to 3.5.
 import contextlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -126,8 +125,7 @@ def _encoder(codec: str, encoding: Encoding) -> Encoder:
     return Encoder("libsvtav1", luma_and_chroma, {"crf": "16", "preset": "6", "svtav1-params": "lp=1"})
 
 
-@dataclass(frozen=True)
-class Film:
+class Film(NamedTuple):
     """Parameters of a video to write."""
 
     path: Path  # the file

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from brushgs.core.signals import defer_stop
 from brushgs.formats.files import add_to_record, begin_record, note_written, read_record, replacing
@@ -19,8 +19,7 @@ _NUMBER = re.compile(r"%(?:0[1-9][0-9]?)?d")  # %d or %05d
 DEFAULT_NAME = "%05d.png"
 
 
-@dataclass(frozen=True)
-class NumberedFiles:
+class NumberedFiles(NamedTuple):
     """The files of a sequence: a folder, and a name with a placeholder for the frame number."""
 
     folder: Path  # of the files
@@ -33,17 +32,14 @@ class NumberedFiles:
         Raises ValueError if the name does not have exactly one placeholder, the folder has one, or the suffix
         is not in `suffixes`.
         """
-        rule, cure = "", ""
         if "%" in str(path.parent):
-            rule = "the number must be in the name of the file, not of its folder"
-        elif path.suffix.lower() not in suffixes:
-            rule = f"numbered frames must end in {', '.join(suffixes)}"
-            cure = "; the suffix decides the format"
-        elif len(_NUMBER.findall(path.name)) != 1 or path.name.count("%") != 1:
-            rule = "a name of numbered frames must hold one number such as %05d"
-            cure = f"; write {path.parent / DEFAULT_NAME}"
-        if rule:
-            raise ValueError(f"{rule}, got '{path}'{cure}")
+            raise ValueError(f"the number must be in the name of the file, not of its folder, got '{path}'")
+        if path.suffix.lower() not in suffixes:
+            rule = f"numbered frames must end in {', '.join(suffixes)}, got '{path}'"
+            raise ValueError(f"{rule}; the suffix decides the format")
+        if len(_NUMBER.findall(path.name)) != 1 or path.name.count("%") != 1:
+            rule = f"a name of numbered frames must hold one number such as %05d, got '{path}'"
+            raise ValueError(f"{rule}; write {path.parent / DEFAULT_NAME}")
         return cls(path.parent, path.name)
 
     @property

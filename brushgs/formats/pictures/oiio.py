@@ -6,7 +6,6 @@ take 8-bit pixels, others 16-bit ones, which the encoder rounds. Their alpha is 
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from math import prod
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
@@ -26,9 +25,7 @@ NO_DATE = "1970:01:01 00:00:00"
 Background = Sequence[float] | Array | None  # one RGB color or [H, W, 3], display-encoded; None for none
 
 
-def _with_alpha(frame: Frame) -> Array:
-    """[H, W, 4] straight color and alpha."""
-    return np.concatenate([frame.straight_colors(), frame.alpha[..., None]], axis=-1)
+Pixels: TypeAlias = U8 | NDArray[np.uint16]  # [H, W, 3 or 4]
 
 
 def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.unsignedinteger[Any]]:
@@ -36,8 +33,7 @@ def quantise(values: Array, dtype: type[np.unsignedinteger[Any]]) -> NDArray[np.
     return np.asarray(np.clip(values, 0, 1) * np.iinfo(dtype).max + 0.5).astype(dtype)
 
 
-@dataclass(frozen=True, eq=False)
-class Strips:
+class Strips(NamedTuple):
     """A frame as a stream of horizontal strips, for pictures larger than memory."""
 
     height: int  # of the whole picture, pixels
@@ -54,19 +50,19 @@ def _strips_of(frame: Strips, background: Background) -> Iterator[tuple[Frame, B
         row = rows.stop
 
 
-def bytes_of(frame: Frame, background: Background) -> U8:
-    """8-bit pixels: [H, W, 4] straight color and alpha, or [H, W, 3] on a background."""
+def pixels_of(frame: Frame, background: Background, bits: int, *, spreads: bool = False) -> Pixels:
+    """[H, W, 3] on a background, else [H, W, 4] with straight alpha; uint8 if `bits` is 8, else uint16.
+
+    `spreads` extends straight colors, see `spread_colors`.
+    """
+    if background is not None and bits == 8:
+        return frame.bytes_over(background)
     if background is None:
-        return quantise(_with_alpha(frame), np.uint8).astype(np.uint8, copy=False)
-    return frame.bytes_over(background)
-
-
-def pixels_of(frame: Frame, background: Background, bits: int) -> U8 | NDArray[np.uint16]:
-    """As `bytes_of`, but in 16 bits unless `bits` is 8."""
-    if bits == 8:
-        return bytes_of(frame, background)
-    values = _with_alpha(frame) if background is None else frame.over(background)
-    return quantise(values, np.uint16).astype(np.uint16, copy=False)
+        colors = spread_colors(frame) if spreads else frame.straight_colors()
+        values = np.concatenate([colors, frame.alpha[..., None]], axis=-1)
+    else:
+        values = frame.over(background)
+    return quantise(values, np.uint8 if bits == 8 else np.uint16)
 
 
 class Layout(NamedTuple):
@@ -89,7 +85,7 @@ def shape_of(frame: Frame | Strips, background: Background) -> tuple[int, int, i
     return height, width, 4 if background is None else 3
 
 
-def rows_of(frame: Frame | Strips, background: Background, bits: int) -> Iterator[U8 | NDArray[np.uint16]]:
+def rows_of(frame: Frame | Strips, background: Background, bits: int) -> Iterator[Pixels]:
     """`pixels_of` a strip at a time, from the top."""
     strips = _strips_of(frame, background) if isinstance(frame, Strips) else iter([(frame, background)])
     return (pixels_of(strip, behind, bits) for strip, behind in strips)
@@ -146,18 +142,9 @@ def first_line(text: str) -> str:
     return text.strip().splitlines()[0] if text.strip() else "no reason given"
 
 
-Pixels: TypeAlias = U8 | NDArray[np.uint16]  # [H, W, 3 or 4]
-
-
 def video_pixels(frame: Frame, background: Background, bits: int) -> Pixels:
-    """The pixels of a video frame: uint8 if `bits` is 8, else uint16 over its full range.
-
-    [H, W, 3] on a background (see `write_frame`), else [H, W, 4] with straight alpha.
-    """
-    if background is not None:
-        return pixels_of(frame, background, bits)
-    values = np.concatenate([spread_colors(frame), frame.alpha[..., None]], axis=-1)
-    return quantise(values, np.uint8 if bits == 8 else np.uint16)
+    """The pixels of a video frame, see `pixels_of`."""
+    return pixels_of(frame, background, bits, spreads=True)
 
 
 def spread_colors(frame: Frame) -> Array:

@@ -6,8 +6,7 @@ Sources: Photo Sphere XMP Metadata (developers.google.com/streetview/spherical-m
 RFC (github.com/google/spatial-media); ISO/IEC 14496-12.
 """
 
-import os
-import shutil
+import mmap
 import struct
 from collections.abc import Iterator
 from pathlib import Path
@@ -67,53 +66,26 @@ def mark_video(path: Path, panorama: Panorama) -> None:
 
     Raises ValueError if the file has no video, or its index is damaged.
     """
-    boxes = _video_boxes(panorama)
-    with path.open("rb") as file:
-        size = file.seek(0, os.SEEK_END)
-        start, end = _find_index(file, size)
-        file.seek(start)
-        index = _with_boxes(file.read(end - start), boxes, start)
-        with replacing(path) as marked, marked.open("wb") as other:
-            file.seek(0)
-            _copy(file, other, start)
-            other.write(index)
-            file.seek(end)
-            shutil.copyfileobj(file, other)
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as whole:
+        boxes = _children(whole, 0, len(whole))
+        start, end = next(((first, last) for kind, first, last in boxes if kind == b"moov"), (0, 0))
+        if not end:
+            raise ValueError("mark_video: the file must have a box 'moov', got none")
+        index = _with_boxes(whole[start:end], _video_boxes(panorama), start)
+        with replacing(path) as marked, marked.open("wb") as other, memoryview(whole) as content:
+            other.writelines([content[:start], index, content[end:]])
 
 
 def _box(kind: bytes, content: bytes) -> bytes:
     return struct.pack(">I", 8 + len(content)) + kind + content
 
 
-def _copy(source: Any, target: Any, count: int) -> None:
-    """Copy `count` bytes in pieces: they may be all frames, if the index is at the end of the file."""
-    while count and (piece := source.read(min(count, 1 << 20))):
-        target.write(piece)
-        count -= len(piece)
-
-
-def _find_index(file: Any, size: int) -> tuple[int, int]:
-    """Start and end of the box "moov"."""
-    start = 0
-    while start + 8 <= size:
-        file.seek(start)
-        head = file.read(16)
-        length, kind = struct.unpack(">I4s", head[:8])
-        if length == 1:
-            length = struct.unpack(">Q", head[8:16])[0]
-        end = start + length if length else size
-        if kind == b"moov":
-            return start, end
-        if end <= start:
-            break
-        start = end
-    raise ValueError("mark_video: the file must have a box 'moov', got none")
-
-
-def _children(content: bytes | bytearray, start: int, end: int) -> Iterator[tuple[bytes, int, int]]:
+def _children(content: bytearray | mmap.mmap, start: int, end: int) -> Iterator[tuple[bytes, int, int]]:
     """Kind, start and end of each box between two offsets. Raises ValueError if a box exceeds them."""
     while start + 8 <= end:
         length, kind = struct.unpack_from(">I4s", content, start)
+        if length == 1 and start + 16 <= end:  # of more than 4 GiB
+            (length,) = struct.unpack_from(">Q", content, start + 8)
         if not 8 <= length <= end - start:
             raise ValueError(f"mark_video: boxes must lie in each other, got {kind!r} of {length} bytes")
         yield kind, start, start + length

@@ -13,34 +13,24 @@ from typing import Any, BinaryIO
 from brushgs.core.signals import defer_stop
 from brushgs.errors import SceneError
 from brushgs.formats.files import open_plain, replacing
+from brushgs.formats.pictures import oiio
 from brushgs.formats.pictures.images import check_pixels
 from brushgs.formats.pictures.metadata import described, metadata_text
-from brushgs.formats.pictures.oiio import (
-    HEADER,
-    NO_DATE,
-    Background,
-    Layout,
-    Strips,
-    bytes_of,
-    encode_pixels,
-    encode_rows,
-    shape_of,
-    write_frame_as,
-)
+from brushgs.formats.pictures.oiio import Background, Strips
 from brushgs.formats.pictures.panorama import panorama_tags
 from brushgs.values.arrays import U8
 from brushgs.values.frame import Frame
 from brushgs.values.shot import Shot
 
-_TIFF = {"oiio:UnassociatedAlpha": 1, "DateTime": NO_DATE, "tiff:zipquality": 2}
+_TIFF = {"oiio:UnassociatedAlpha": 1, "DateTime": oiio.NO_DATE, "tiff:zipquality": 2}
 
 
 def write_tiff(
     frame: Frame | Strips, path: str | Path, background: Background, *, bits: int, shot: Shot | None = None
 ) -> None:
     """See `write_frame`."""
-    layout = Layout("tiff", shape_of(frame, background), bits, _TIFF | described(shot))
-    write_frame_as(path, layout, frame, background)
+    layout = oiio.Layout("tiff", oiio.shape_of(frame, background), bits, _TIFF | described(shot))
+    oiio.write_frame_as(path, layout, frame, background)
 
 
 _JPEG = {"Compression": "jpeg:95", "jpeg:subsampling": "4:4:4"}
@@ -61,11 +51,11 @@ def write_jpeg(
     """See `write_frame`."""
     if background is None:
         raise ValueError(f"write_frame: a JPEG holds no transparency, got {str(path)!r}; give a background")
-    height, width, _ = shape_of(frame, background)
+    height, width, _ = oiio.shape_of(frame, background)
     attributes: dict[str, Any] = {**_JPEG, **described(shot)}
     if shot is not None and shot.panorama is not None:
         attributes |= panorama_tags(shot.panorama, width, height)
-    write_frame_as(path, Layout("jpeg", (height, width, 3), 8, attributes), frame, background)
+    oiio.write_frame_as(path, oiio.Layout("jpeg", (height, width, 3), 8, attributes), frame, background)
 
 
 def encode_jpeg(pixels: U8, quality: int) -> bytes:
@@ -74,7 +64,7 @@ def encode_jpeg(pixels: U8, quality: int) -> bytes:
     Raises SceneError if the folder for temporary files is full.
     """
     attributes = {"Compression": f"jpeg:{quality}", "jpeg:subsampling": "4:2:0"}
-    return encode_pixels("jpeg", pixels, attributes)
+    return oiio.encode_pixels("jpeg", pixels, attributes)
 
 
 def check_jpeg(path: Path, file: BinaryIO, max_pixels: int) -> None:
@@ -132,13 +122,13 @@ _WEBP = {"oiio:UnassociatedAlpha": 1, "Compression": "lossless"}
 
 def write_webp(frame: Frame, path: str | Path, background: Background, *, shot: Shot | None = None) -> None:
     """See `write_frame`."""
-    write_exact(bytes_of(frame, background), path, metadata_text(shot))
+    write_exact(oiio.pixels_of(frame, background, 8), path, metadata_text(shot))
 
 
-def write_exact(pixels: U8, path: str | Path, description: str = "") -> None:
+def write_exact(pixels: oiio.Pixels, path: str | Path, description: str = "") -> None:
     """Write [H, W, 3 or 4] bytes as lossless WebP; only colors of pixels with alpha 0 may change."""
-    with defer_stop(), replacing(path, most=pixels.nbytes + HEADER) as temporary:
-        encode_rows(temporary, path, iter([pixels]), Layout("webp", pixels.shape, 8, _WEBP))
+    with defer_stop(), replacing(path, most=pixels.nbytes + oiio.HEADER) as temporary:
+        oiio.encode_rows(temporary, path, iter([pixels]), oiio.Layout("webp", pixels.shape, 8, _WEBP))
         if description:
             temporary.write_bytes(_with_description(temporary.read_bytes(), description))
 

@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from xml.sax.saxutils import escape, quoteattr
+from xml.sax.saxutils import escape, quoteattr, unescape
 
 import numpy as np
 
@@ -42,7 +42,7 @@ def read_description(path: Path) -> str:
     with open_plain(path, "picture") as file:
         begin = file.read(_MOST_TEXT).decode("utf-8", "replace")
     found = re.search(r"<desc>(.*?)</desc>", begin, re.DOTALL)
-    return "" if found is None else found[1].replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")
+    return "" if found is None else unescape(found[1])
 
 
 def _lines_of(paths: Paths, description: str) -> Iterator[str]:

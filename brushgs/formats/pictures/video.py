@@ -3,9 +3,8 @@
 The file appears when it is complete.
 """
 
-import contextlib
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from itertools import chain
 from pathlib import Path
 
@@ -37,10 +36,8 @@ def check_size(path: Path, width: int, height: int, codec: str | None = None) ->
     Raises ValueError if a side is above 16384 pixels for H.264, or below 16 or above 8192 for H.265.
     """
     offer = codec_of(path, codec)
-    rule = ""
-    if min(width, height) < offer.min_side:
-        rule = f"at least {offer.min_side}"
-    elif offer.max_side is not None and max(width, height) > offer.max_side:
+    rule = f"at least {offer.min_side}" if min(width, height) < offer.min_side else ""
+    if offer.max_side is not None and max(width, height) > offer.max_side:
         rule = f"at most {offer.max_side}"
     if rule:
         fact = f"pictures in {path.suffix} with {offer.name} must be {rule} pixels wide and high"
@@ -146,9 +143,8 @@ def open_video(
     check_size(path, width, height, codec)
     open_writer = function_of(codec_of(path, codec).write)
     rate, size = frame_rate(fps), padded_size(path, width, height, codec)
-    with replacing(path) as temporary, as_scene_error(path), contextlib.ExitStack() as stack:
-        eyes = None if panorama is None else panorama.eyes
-        row = video_format_of(path)
+    with replacing(path) as temporary, as_scene_error(path), ExitStack() as stack:
+        eyes, row = None if panorama is None else panorama.eyes, video_format_of(path)
         film = Film(temporary, codec or row.codecs[0], row.container, size, rate, encoding, loops, eyes)
         writer: VideoWriter = open_writer(stack, film)
         yield writer

@@ -17,18 +17,9 @@ import numpy as np
 
 from brushgs.core.signals import defer_stop
 from brushgs.formats.files import replacing
+from brushgs.formats.pictures.exr import planes as channels
 from brushgs.formats.pictures.exr.cryptomatte import cryptomattes_of
-from brushgs.formats.pictures.exr.planes import (
-    DEFAULT,
-    LARGEST_HALF,
-    NOTES,
-    SPACES,
-    Attribute,
-    Plane,
-    attributes_of,
-    mark_latlong,
-    planes_of,
-)
+from brushgs.formats.pictures.exr.planes import LARGEST_HALF, Attribute, Plane
 from brushgs.formats.pictures.oiio import NO_DATE, Background, not_written
 from brushgs.options.choices import FileSpace
 from brushgs.values.frame import Frame
@@ -107,7 +98,7 @@ def write_deep(deep: DeepSamples, path: str | Path, shot: Shot) -> None:
     """Write deep samples, without the background of the picture. See `write_frame`."""
     counts = np.diff(deep.starts)
     names = {} if shot.manifest is None else {"names": _NAMES.format(shot.manifest.as_posix())}
-    attributes = attributes_of(shot, _DEEP_NOTES | names, "srgb")
+    attributes = channels.attributes_of(shot, _DEEP_NOTES | names, "srgb")
     (_, top), _ = _window(shot, deep.width, deep.height)
     header = _deep_header(deep, int(counts.max(initial=0)), shot, attributes)
     offsets = np.empty(deep.height, "<u8")
@@ -155,9 +146,10 @@ def write_flat(frame: Frame, path: str | Path, background: Background, shot: Sho
     """Write a flat file with the layers of a frame. See `write_frame`."""
     import OpenImageIO
 
-    planes = planes_of(frame, background, space)
-    notes = {plane.layer: NOTES[plane.layer].format(space=SPACES[space].words) for plane in planes}
-    attributes = attributes_of(shot, notes, space)
+    planes = channels.planes_of(frame, background, space)
+    words = channels.SPACES[space].words
+    notes = {plane.layer: channels.NOTES[plane.layer].format(space=words) for plane in planes}
+    attributes = channels.attributes_of(shot, notes, space)
     for planes_of_matte, attributes_of_matte in cryptomattes_of(frame, shot):
         planes += planes_of_matte
         attributes |= attributes_of_matte
@@ -181,7 +173,7 @@ def write_flat(frame: Frame, path: str | Path, background: Background, shot: Sho
             raise not_written(path, temporary, out)
         if "envmap" in attributes:
             with temporary.open("r+b") as file:
-                header = mark_latlong(file.read(_MOST_HEADER))
+                header = channels.mark_latlong(file.read(_MOST_HEADER))
                 file.seek(0)
                 file.write(header)
 
@@ -216,6 +208,6 @@ def write(
     """See `write_frame`."""
     shot = Shot() if shot is None else shot
     if frame.deep is None:
-        write_flat(frame, path, background, shot, colorspace or DEFAULT)
+        write_flat(frame, path, background, shot, colorspace or channels.DEFAULT)
     else:
         write_deep(frame.deep, path, shot)
