@@ -2,6 +2,7 @@
 
 from array import array
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from io import BytesIO
 from itertools import pairwise
@@ -14,7 +15,7 @@ from msgspec import Meta, Struct
 from brushgs.errors import SceneError
 from brushgs.formats.files import read_whole
 from brushgs.formats.registry import GUIDES_READ, added, by_suffix, formats_of, function_of
-from brushgs.formats.schema import SMALL_OBJECT, decode, shown
+from brushgs.formats.schema import SMALL_OBJECT, decode, refused, shown
 from brushgs.values.arrays import F64, Rows
 
 MAX_BYTES = 1 << 24  # of a file; 16 MiB are some 500,000 points, more than strokes
@@ -50,8 +51,7 @@ def guides_of(path: Path, points: F64, segments: Rows, reach: float | None) -> G
         rule = f"must have finite coordinates up to {MAX_COORDINATE:g}"
         raise SceneError(path, f"point {row + 1} {rule}, got {points[row].tolist()}; correct it")
     if reach is not None and not 0 < reach <= MAX_COORDINATE:
-        rule = "'reach' must be a distance above 0 in world units"
-        raise SceneError(path, f"{rule}, got {reach:g}; correct it")
+        raise refused(path, "'reach'", "a distance above 0 in world units", reach, "correct it")
     starts, ends = points[segments[:, 0]], points[segments[:, 1]]
     is_long = (starts != ends).any(axis=1)
     if not is_long.any():
@@ -138,11 +138,9 @@ def _point(path: Path, number: int, words: list[bytes]) -> list[float]:
 
 def _row(path: Path, number: int, word: bytes, num_points: int) -> int:
     """The row of a point from its OBJ index; an index of texture coordinates after "/" is ignored."""
-    text = word.split(b"/")[0]
-    try:
+    index, text = 0, word.split(b"/")[0]
+    with suppress(ValueError):
         index = int(text) if len(text) <= 10 else 0
-    except ValueError:
-        index = 0
     row = index - 1 if index > 0 else num_points + index
     if index == 0 or row < 0:
         got = shown(text.decode("ascii", "replace"))

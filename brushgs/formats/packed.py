@@ -39,10 +39,8 @@ class Packed(Struct, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         size = np.dtype(DTYPES[self.type]).itemsize
         if len(self.data) != prod(self.shape) * size:
-            raise ValueError(
-                f".data must be {prod(self.shape)} numbers of {size} bytes, as 'shape' and 'type' say, "
-                f"got {len(self.data)} bytes"
-            )
+            rule = f".data must be {prod(self.shape)} numbers of {size} bytes, as 'shape' and 'type' say"
+            raise ValueError(f"{rule}, got {len(self.data)} bytes")
 
     @property
     def array(self) -> F64:
@@ -99,8 +97,8 @@ class JsonFile(Generic[T]):
         if content and not content.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"{"):
             raise SceneError(path, f"is no {self.what}; {self.other or self.cure}")
         if len(content) > self.most:
-            rule = f"a {self.what} must have at most {self.most / 1e6:.3g} MB"
-            raise SceneError(path, f"{rule}, got more; {self.cure}")
+            most = f"{self.most / 1e6:.3g} MB"
+            raise SceneError(path, f"a {self.what} must have at most {most}, got more; {self.cure}")
         begin = decode(path, content, _Begin, self.cure, has_names=True)
         if begin.brushgs != self.mark:
             fact = f'is no {self.what} (it does not begin with "brushgs": "{self.mark}")'
@@ -144,14 +142,12 @@ def array_of(path: Path, place: str, value: Any, shape: tuple[int | None, ...], 
         array = value.array if isinstance(value, Packed) else np.array(value, np.float64)
     except (TypeError, ValueError):
         raise refused(path, place, f"{wanted}, a list or packed", value, CORRECT) from None
-    fits = array.ndim == len(shape) and all(
-        n == side or (side is None and n > 0) for n, side in zip(array.shape, shape, strict=True)
-    )
-    if not fits:
+    sides = zip(array.shape, shape, strict=False)
+    if array.ndim != len(shape) or not all(n == side or (side is None and n > 0) for n, side in sides):
         raise SceneError(path, f"{place} must be {wanted}, got shape {list(array.shape)}; {CORRECT}")
     if not (is_small := np.abs(array) <= largest).all():
-        rule = f"finite numbers of at most {largest:g}"
-        raise refused(path, place, rule, float(array[~is_small][0]), CORRECT)
+        rule, first = f"finite numbers of at most {largest:g}", float(array[~is_small][0])
+        raise refused(path, place, rule, first, CORRECT)
     return np.asarray(array)
 
 

@@ -22,6 +22,7 @@ grey; the atlas of a dictionary has red, green, blue and alpha, with its n marks
 have no offsets (then it stands for itself alone).
 """
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -32,20 +33,10 @@ from brushgs.errors import SceneError
 from brushgs.formats.packed import CORRECT, JsonFile, PackedArray, Picture, array_of, pack, picture_of, png_of
 from brushgs.formats.schema import refused
 from brushgs.options.choices import STYLE_SUFFIX
+from brushgs.values import style as values
 from brushgs.values.arrays import F32, F64, U8
 from brushgs.values.colors import code_of, rgb_of
-from brushgs.values.style import (
-    MarkDictionary,
-    MarkSpectrum,
-    NamedColor,
-    Residual,
-    Style,
-    StyleEdit,
-    StyleLines,
-    StyleMarks,
-    StylePalette,
-    StyleStage,
-)
+from brushgs.values.style import Style, StyleMarks
 
 MAX_BYTES = 3_000_000
 MAX_ATLAS = 4_000_000  # pixels of the atlas of a dictionary
@@ -153,9 +144,8 @@ class _File(Struct, forbid_unknown_fields=True):
 def _check_names(place: str, *names: str) -> None:
     for name in names:
         if not name.isprintable() or name.isspace() or names.count(name) > 1:
-            raise ValueError(
-                f"{place} must be {'different, each ' if len(names) > 1 else ''}{_NAME}, got {name!r}"
-            )
+            rule = f"{'different, each ' if len(names) > 1 else ''}{_NAME}"
+            raise ValueError(f"{place} must be {rule}, got {name!r}")
 
 
 _FORMAT = JsonFile(
@@ -198,11 +188,11 @@ def _style(path: Path, file: _File) -> Style:
         None if file.marks is None else _marks(path, file.marks),
         None if file.edit is None else _edit(path, file.edit),
         None if file.stage is None else _stage(path, file.stage),
-        None if lines is None else StyleLines(lines.share, lines.width, np.array(rgb_of(lines.color))),
+        None if lines is None else values.StyleLines(lines.share, lines.width, np.array(rgb_of(lines.color))),
     )
 
 
-def _palette(path: Path, colors: list[_Named]) -> StylePalette:
+def _palette(path: Path, colors: list[_Named]) -> values.StylePalette:
     total = sum(color.share for color in colors)
     if not total > 0:
         raise SceneError(path, "'palette' must have a color with a share above 0, got none; raise one")
@@ -212,8 +202,8 @@ def _palette(path: Path, colors: list[_Named]) -> StylePalette:
         if color.offsets is not None:
             offsets = array_of(path, place, color.offsets, (None, 3), FARTHEST)
         rgb = np.array(rgb_of(color.color))
-        named.append(NamedColor(color.name, rgb, color.share / total, offsets.astype(np.float32)))
-    return StylePalette(tuple(named))
+        named.append(values.NamedColor(color.name, rgb, color.share / total, offsets.astype(np.float32)))
+    return values.StylePalette(tuple(named))
 
 
 def _marks(path: Path, marks: _Marks) -> StyleMarks:
@@ -236,7 +226,7 @@ def _marks(path: Path, marks: _Marks) -> StyleMarks:
     )
 
 
-def _stage(path: Path, stage: _Stage) -> StyleStage:
+def _stage(path: Path, stage: _Stage) -> values.StyleStage:
     colors = array_of(path, "stage.colors", stage.colors, (None, None, 3), 1.0)
     if max(colors.shape) > MAX_CELLS or min(colors.shape[:2]) < 2:
         rule = f"2 to {MAX_CELLS} a side"
@@ -244,7 +234,7 @@ def _stage(path: Path, stage: _Stage) -> StyleStage:
     if colors.min() < 0:
         raise refused(path, "stage.colors", "0 to 1", float(colors.min()), CORRECT)
     directions = _directions(path, "stage.directions", stage.directions, colors.shape[:2])
-    return StyleStage(colors.astype(np.float32), directions)
+    return values.StyleStage(colors.astype(np.float32), directions)
 
 
 def _directions(path: Path, place: str, stored: Any, size: tuple[int | None, ...]) -> F32:
@@ -254,16 +244,16 @@ def _directions(path: Path, place: str, stored: Any, size: tuple[int | None, ...
     return np.asarray(directions / np.maximum(lengths, 1), np.float32)
 
 
-def _spectrum(path: Path, place: str, stored: _Spectrum | None) -> MarkSpectrum | None:
+def _spectrum(path: Path, place: str, stored: _Spectrum | None) -> values.MarkSpectrum | None:
     if stored is None:
         return None
     for name in ("lengths", "widths"):
         if (sizes := getattr(stored, name)) != sorted(sizes):
             raise refused(path, f"{place}.{name}", "ascending", sizes, CORRECT)
-    return MarkSpectrum(stored.share, tuple(stored.lengths), tuple(stored.widths))
+    return values.MarkSpectrum(stored.share, tuple(stored.lengths), tuple(stored.widths))
 
 
-def _dictionary(path: Path, stored: _Dictionary) -> MarkDictionary:
+def _dictionary(path: Path, stored: _Dictionary) -> values.MarkDictionary:
     place = "marks.dictionary"
     colors = array_of(path, f"{place}.colors", stored.colors, (None, 3), FARTHEST)
     shares = array_of(path, f"{place}.shares", stored.shares, (len(colors),), 1.0)
@@ -280,13 +270,13 @@ def _dictionary(path: Path, stored: _Dictionary) -> MarkDictionary:
         raise SceneError(path, f"{place}.atlas.data must be {rule}, got {found}; {_LEARN}")
     texels = pixels.reshape(rows, height, ATLAS_COLUMNS, width, 4).swapaxes(1, 2)
     own = np.ascontiguousarray(texels.reshape(-1, height, width, 4)[: len(colors)])
-    return MarkDictionary(colors.astype(np.float32), shares.astype(np.float32), own)
+    return values.MarkDictionary(colors.astype(np.float32), shares.astype(np.float32), own)
 
 
-def _edit(path: Path, edit: _Edit) -> StyleEdit:
+def _edit(path: Path, edit: _Edit) -> values.StyleEdit:
     affine = array_of(path, "edit.affine", edit.affine, (3, 4), MOST_FACTOR)
     if (stored := edit.residual) is None:
-        return StyleEdit(affine, edit.log_size or 0.0, None)
+        return values.StyleEdit(affine, edit.log_size or 0.0, None)
 
     def part(name: str, *shape: int | None) -> F64:
         return array_of(path, f"edit.residual.{name}", getattr(stored, name), shape, MOST)
@@ -300,8 +290,8 @@ def _edit(path: Path, edit: _Edit) -> StyleEdit:
         raise refused(path, "edit.residual.weights", "of 3 outputs or more", list(weights.shape), CORRECT)
     slopes = None if stored.slopes is None else part("slopes", len(centers), 3, 3).astype(np.float32)
     at, by, minus, per = (one.astype(np.float32) for one in (centers, weights, offset, scale))
-    residual = Residual(tuple(stored.features), at, stored.width, by, minus, per, slopes)
-    return StyleEdit(affine, edit.log_size or 0.0, residual)
+    residual = values.Residual(tuple(stored.features), at, stored.width, by, minus, per, slopes)
+    return values.StyleEdit(affine, edit.log_size or 0.0, residual)
 
 
 def _texels(path: Path, index: int, data: bytes) -> U8:
@@ -355,7 +345,7 @@ def save_style(style: Style, path: str | Path) -> None:
 write_style = save_style  # the name used within the package
 
 
-def _color_json(color: NamedColor) -> dict[str, Any]:
+def _color_json(color: values.NamedColor) -> dict[str, Any]:
     """A palette color; offsets are float16, relative to the color as rounded for the file."""
     code = code_of(color.rgb)
     offsets = color.offsets + (color.rgb - np.array(rgb_of(code)))
@@ -375,16 +365,14 @@ def _marks_json(marks: StyleMarks) -> dict[str, Any]:
         "directions": pack(marks.directions, "int8"),
         "brushes": [picture_of(brush[..., None]) for brush in marks.brushes],
     }
-    for name, spectrum in (("coherent", marks.coherent), ("incoherent", marks.incoherent)):
-        if spectrum is not None:
-            sizes = {"lengths": list(spectrum.lengths), "widths": list(spectrum.widths)}
-            value[name] = {"share": spectrum.share, **sizes}
+    spectra = {"coherent": marks.coherent, "incoherent": marks.incoherent}
+    value |= {name: asdict(spectrum) for name, spectrum in spectra.items() if spectrum is not None}
     if marks.dictionary is not None:
         value["dictionary"] = _dictionary_json(marks.dictionary)
     return value
 
 
-def _dictionary_json(marks: MarkDictionary) -> dict[str, Any]:
+def _dictionary_json(marks: values.MarkDictionary) -> dict[str, Any]:
     """A dictionary as JSON: colors and shares in float16, the marks row by row in one picture."""
     num, height, width = marks.texels.shape[:3]
     rows = -(-num // ATLAS_COLUMNS)
@@ -399,17 +387,13 @@ def _dictionary_json(marks: MarkDictionary) -> dict[str, Any]:
     }
 
 
-def _edit_json(edit: StyleEdit) -> dict[str, Any]:
+def _edit_json(edit: values.StyleEdit) -> dict[str, Any]:
     """An edit as JSON; arrays of the residual are float32."""
-    return {
-        "affine": [[float(number) for number in row] for row in edit.affine],
-        "log_size": float(edit.log_size),
-        "residual": None if edit.residual is None else _residual_json(edit.residual),
-    }
-
-
-def _residual_json(residual: Residual) -> dict[str, Any]:
-    arrays = {name: getattr(residual, name) for name in ("offset", "scale", "centers", "weights", "slopes")}
-    return {"features": list(residual.features), "width": float(residual.width)} | {
-        name: None if array is None else pack(array, "float32") for name, array in arrays.items()
-    }
+    value: dict[str, Any] = {"affine": edit.affine.astype(float).tolist(), "log_size": float(edit.log_size)}
+    if (residual := edit.residual) is None:
+        return value | {"residual": None}
+    value["residual"] = {"features": list(residual.features), "width": float(residual.width)}
+    for name in ("offset", "scale", "centers", "weights", "slopes"):
+        array = getattr(residual, name)
+        value["residual"][name] = None if array is None else pack(array, "float32")
+    return value
