@@ -66,6 +66,8 @@ def mark_video(path: Path, panorama: Panorama) -> None:
 
     Raises ValueError if the file has no video, or its index is damaged.
     """
+    if not path.stat().st_size:
+        raise ValueError("mark_video: the file must have a video, but is empty")
     with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as whole:
         boxes = _children(whole, 0, len(whole))
         start, end = next(((first, last) for kind, first, last in boxes if kind == b"moov"), (0, 0))
