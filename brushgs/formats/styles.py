@@ -149,7 +149,12 @@ def _check_names(place: str, *names: str) -> None:
 
 
 _FORMAT = JsonFile(
-    *("style", _File, "style file", STYLE_SUFFIX, MAX_BYTES, CURE),
+    "style",
+    _File,
+    "style file",
+    STYLE_SUFFIX,
+    MAX_BYTES,
+    CURE,
     later="update brushgs, or learn the style again",
     other="where it is a painting, `brushgs style learn` makes one",
 )

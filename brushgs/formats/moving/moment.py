@@ -160,7 +160,10 @@ def _made(moving: MovingScene, path: Path, time: float) -> SceneFile:
 
     num_rows, num_terms = len(gaussians), gaussians.sh.shape[1]
     rows = RowSource(
-        *(num_rows, num_terms, lambda: nullcontext(decode), num_rows),
+        num_rows,
+        num_terms,
+        lambda: nullcontext(decode),
+        num_rows,
         encoding=Encoding(scales="linear"),
         has_brushes=gaussians.brushes is not None,
         count_used=lambda: num_terms,
@@ -169,7 +172,10 @@ def _made(moving: MovingScene, path: Path, time: float) -> SceneFile:
     )
     name = f"{notes.format}, {_in_words(time, moving.duration)}"
     return SceneFile(
-        *(path, name, num_rows + notes.rows_dropped, num_terms),
+        path,
+        name,
+        num_rows + notes.rows_dropped,
+        num_terms,
         open_rows=lambda encoding=STANDARD: rows,  # other encodings are already decoded
         up=notes.up,
         training=notes.training,

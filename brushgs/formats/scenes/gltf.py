@@ -119,7 +119,11 @@ def open_scene(path: Path) -> SceneFile:
     check_decoded_size(path, rows.num_rows, rows.num_terms, file.size, max_growth=growth)
     name = f"glTF with {EXTENSION}{_packing(found)}"
     return SceneFile(
-        *(path, name, rows.num_rows, rows.num_terms, open_rows),
+        path,
+        name,
+        rows.num_rows,
+        rows.num_terms,
+        open_rows,
         up=None if is_ours else "+y",  # the glTF standard, which every viewer follows
         training=_training(stored, packed if len(packed) == len(found) else []),
         stored=stored,

@@ -193,7 +193,11 @@ def open_scene(path: Path) -> SceneFile:
     encoding = header.encoding.replace("ascii", "ASCII").replace("_endian", "-endian").replace("_", " ")
     name = f"{'compressed ' * has_chunks}PLY, {encoding}"
     return SceneFile(
-        *(path, name, vertex.count, num_terms, open_rows),
+        path,
+        name,
+        vertex.count,
+        num_terms,
+        open_rows,
         has_fixed_encoding=has_chunks,
         up=header.up,
         training=_training(header, vertex),

@@ -254,8 +254,10 @@ def open_rows(
     for rows in order.
     """
     with open_plain(path, buffering=-1 if header.is_ascii else 0) as file:
-        rows = _AsciiRows(path, file, header, element) if header.is_ascii else None
-        yield rows or _BinaryRows(path, file, header, element, block_rows)
+        if header.is_ascii:
+            yield _AsciiRows(path, file, header, element)
+        else:
+            yield _BinaryRows(path, file, header, element, block_rows)
 
 
 def read_columns(

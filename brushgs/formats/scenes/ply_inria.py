@@ -118,7 +118,10 @@ def open_inria(
             yield lambda start, stop, out: decode(rows.read(start, stop), out)
 
     return RowSource(
-        *(vertex.count, num_terms, open_decoder, _block_rows(vertex)),
+        vertex.count,
+        num_terms,
+        open_decoder,
+        _block_rows(vertex),
         encoding=STANDARD if has_filter else encoding,
         is_logit=True,
         is_sequential=header.is_ascii,

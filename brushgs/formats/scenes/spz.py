@@ -134,7 +134,10 @@ def open_data(path: Path, data: bytes) -> SceneFile:
         unknown = (f"spherical harmonics of degree {header.sh_degree}", *unknown)
     open_rows = partial(_open_rows, path, data, header, extensions)
     return SceneFile(
-        *(path, f"SPZ, version {header.version}", *counts, open_rows),
+        path,
+        f"SPZ, version {header.version}",
+        *counts,
+        open_rows,
         up=extensions.up,
         training="antialiased" if header.flags & container.ANTIALIASED else "default",
         unknown=unknown,
@@ -150,11 +153,9 @@ def _open_rows(path: Path, data: bytes, header: Header, extensions: Extensions) 
         warnings.warn(SceneWarning(f"{message}; if the picture looks wrong, copy it again"), stacklevel=3)
     decoder = partial(decode, blocks, header, extensions.is_mirrored)
     rest = blocks.sh.reshape(header.num_rows, -1, 3)
-    return RowSource(
-        *(header.num_rows, header.num_terms, lambda: nullcontext(decoder), _BLOCK_ROWS),
-        is_whole=True,
-        count_used=lambda: find_used_terms(rest, header.num_terms, _SH_ZERO),
-    )
+    count = partial(find_used_terms, rest, header.num_terms, _SH_ZERO)
+    size = header.num_rows, header.num_terms
+    return RowSource(*size, lambda: nullcontext(decoder), _BLOCK_ROWS, is_whole=True, count_used=count)
 
 
 _VERSION = 3

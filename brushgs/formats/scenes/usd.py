@@ -26,6 +26,7 @@ from brushgs.formats.scenes.write import brush_order, finite_scales, in_order
 from brushgs.formats.schema import parse_json
 from brushgs.formats.usd import INSTALL, TYPE, Answer, is_usd_here, reading
 from brushgs.values.gaussians import Gaussians
+from brushgs.values.notes import Training
 from brushgs.values.quats import normalized
 
 _ENCODING = Encoding("linear", "linear", "xyzw", "sh")
@@ -51,12 +52,9 @@ def open_scene(path: Path) -> SceneFile:
     rows = open_rows()
     counts = rows.num_rows, rows.num_terms
     check_decoded_size(path, *counts, path.stat().st_size, max_growth=_MAX_GROWTH)
-    return SceneFile(
-        *(path, f"USD with {TYPE}", *counts, open_rows),
-        up=None if is_ours or up is None else f"+{up.lower()}",
-        training="antialiased" if stored.antialiased else "default",
-        stored=stored,
-    )
+    up = None if is_ours or up is None else f"+{up.lower()}"
+    training: Training = "antialiased" if stored.antialiased else "default"
+    return SceneFile(path, f"USD with {TYPE}", *counts, open_rows, up=up, training=training, stored=stored)
 
 
 def _open_part(path: Path, answer: Answer, index: int) -> Part:
