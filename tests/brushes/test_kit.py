@@ -27,15 +27,9 @@ def test_a_name_means_all_its_variants_and_a_file_itself():
     brushes = kit.open(size=64)
     assert brushes.names == (*FLATS, "dab_2", "flat", "impasto")
     assert max(max(texture.coverage.shape) for texture in brushes.textures) == 64
-    rows = {group: found.tolist() for group, found in kit.rows().items()}
-    assert rows == {
-        "long": [0, 1, 2, 3],
-        "short": [4, 5],
-        "other": [0, 1, 2, 3],
-        "large": [0, 1, 2, 3, 6],
-        "smooth": [],
-        "rough": [],
-    }
+    rows = [(group, found.tolist()) for group, found in kit.rows().items()]
+    assert rows[:3] == [("long", [0, 1, 2, 3]), ("short", [4, 5]), ("other", [0, 1, 2, 3])]
+    assert rows[3:] == [("large", [0, 1, 2, 3, 6]), ("smooth", []), ("rough", [])]
 
 
 def test_brushes_of_surfaces_stand_behind_all_others():
@@ -84,9 +78,8 @@ def test_what_is_no_kit_is_refused(tmp_path):
         BrushKit.of("flat,,dab")
     with pytest.raises(SceneError, match=r"^dob: neither a file .* mean 'dab'\?$"):
         BrushKit.of("flat,dob").open()
-    with pytest.raises(
-        ValueError, match="'gaussian' is computed and not drawn, so it must be the only brush"
-    ):
+    alone = "'gaussian' is computed and not drawn, so it must be the only brush"
+    with pytest.raises(ValueError, match=alone):
         BrushKit.of("flat,gaussian").open()
     many = BrushKit.of(write_brushes(tmp_path / "many", 300))
     for asked in (many.open, many.rows, lambda: BrushSet.open(tmp_path / "many")):

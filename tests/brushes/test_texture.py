@@ -44,9 +44,8 @@ def test_a_builtin_name_is_found_however_it_is_written(spelling, folder):
 
 @pytest.mark.parametrize("name", ["swirl.png", "./swirl.png", Path("swirl.png")])
 def test_a_suffix_or_a_folder_means_a_file(folder, name):
-    with pytest.raises(
-        SceneError, match=r"swirl\.png: there is no such file; for the built-in .* write swirl$"
-    ):
+    sentence = r"swirl\.png: there is no such file; for the built-in .* write swirl$"
+    with pytest.raises(SceneError, match=sentence):
         StrokeTexture.open(name)
     write_image(folder / "swirl.png", rgba(np.ones((3, 5)) * [1, 1, 1, 1, 0.5]))
     assert StrokeTexture.open(name).coverage.shape == (3, 5)
@@ -107,17 +106,16 @@ def test_without_transparency_the_border_tells_paint_from_ground(tmp_path, is_da
         pixels[..., 3] = 1
     texture = StrokeTexture.open(write_image(tmp_path / "a.png", pixels))
     assert texture.height is None
-    assert texture.coverage.max() == 255
     assert texture.coverage.sum() / 255 == pytest.approx(coverage.sum() / coverage.max(), rel=0.01)
 
 
 def test_a_large_image_is_averaged_down_and_keeps_aspect_and_paint(tmp_path):
-    coverage = np.kron((np.random.default_rng(0).random((100, 250)) > 0.3).astype(float), np.ones((4, 4)))
-    path = write_image(tmp_path / "a.png", rgba(coverage * np.linspace(1, 0.2, 1000)))
+    coverage = np.kron(np.random.default_rng(0).random((100, 250)) > 0.3, np.ones((4, 4)))
+    coverage *= np.linspace(1, 0.2, 1000)
+    path = write_image(tmp_path / "a.png", rgba(coverage))
     texture = StrokeTexture.open(path)
     assert texture.coverage.shape == (102, 256)
-    mean = (coverage * np.linspace(1, 0.2, 1000)).mean()
-    assert texture.coverage.mean() / 255 == pytest.approx(mean, abs=0.003)
+    assert texture.coverage.mean() / 255 == pytest.approx(coverage.mean(), abs=0.003)
     assert StrokeTexture.open(path, size=64).coverage.shape == (26, 64)
 
 

@@ -12,11 +12,6 @@ SIZE = 140  # pixels
 JITTER = 0.25  # of the distance, standard deviation
 
 
-def plane(num=4900):
-    x, y, spacing = _lattice(num)
-    return _layer(np.stack([x, y, 0 * x], axis=1), np.tile([0.0, 0.0, 1.0], (len(x), 1)), spacing)
-
-
 def relief(num=4900):
     x, y, spacing = _lattice(num)
     z = 0.06 * np.sin(5 * x) * np.cos(4 * y) + 0.015 * np.sin(13 * x)

@@ -40,14 +40,6 @@ def test_the_finest_line_is_the_low_pass_at_the_distance_of_the_scene_in_the_med
     assert finest_of(replace(scene, antialiased=True), [near]) == 0  # it gets fainter in place of thicker
 
 
-def test_needles_and_points_are_as_thick_as_the_finest_line_and_discs_as_they_are():
-    scales = np.array([[1e-9, 1e-6, 5.0], [3.0, 1e-6, 1e-9], [1e-9, 2.0, 3.0], [1e-3, 1e-4, 1e-3]])
-    expected = np.array([[1, 1, 5], [3, 1, 1], [1e-9, 2, 3], [1, 1, 1]])
-    np.testing.assert_allclose(seen_scales(scales, 1.0), expected, rtol=0, atol=2e-3)
-    thick = scales[2:3]
-    np.testing.assert_array_equal(seen_scales(thick, 1.0), thick)
-
-
 @given(st.floats(0, 1), st.floats(1, 100))
 def test_areas_change_without_a_jump_as_a_disc_narrows_to_a_needle(thin, long):
     def area(middle):

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from itertools import product
 from typing import Any
 
@@ -12,6 +12,7 @@ import brushgs as bg
 from brushgs.core.native import core as _core
 from brushgs.core.threads import at_most
 from brushgs.passes.color.key_light import KeyLight
+from brushgs.passes.color.pigments import use_pigments
 from brushgs.passes.color.tone import grade, tones
 from brushgs.passes.color.values import Values
 from brushgs.passes.form.choose_brushes import mix_brushes
@@ -24,26 +25,22 @@ from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.contribution import visible_shares
 from brushgs.passes.reduce.detail import color_detail
 from brushgs.passes.reduce.worth import worth_keeping
+from brushgs.passes.style.choose_marks import Choice, choose_marks
 from brushgs.values.quats import rotation_matrices
 from tests.kit.for_each import for_each
+from tests.passes import scenes
 from tests.passes.color.test_key import place_of
 from tests.passes.color.test_recolor import painting
 from tests.passes.form.planks import planks, turned_frame
-from tests.passes.form.test_choose_brushes import KIT, SURFACES
-from tests.passes.form.test_material import wall
+from tests.passes.form.test_choose_brushes import KIT, SURFACES, wall
 from tests.passes.form.test_saliency import framed
 from tests.passes.reduce.test_floaters import is_apart
-from tests.passes.scenes import (
-    covariances,
-    gaussians_at,
-    on_sphere,
-    random_gaussians,
-    replaced,
-    strange_strokes,
-)
+from tests.passes.scenes import covariances, gaussians_at, on_sphere, random_gaussians, replaced, rescaled
+from tests.passes.style.test_dictionary import dictionary
 
 MANY = 5000  # rows, enough for several threads
 VIEWS = [bg.Camera.look_at((x, 0, -4), (0, 0, 0), width=160, height=120) for x in (-0.6, 0.0, 0.6)]
+MARKS = Choice(dictionary(np.random.default_rng(0).random((40, 3))), np.arange(40, dtype=np.uint8), 1.0)
 PALETTE = bg.Palette.of_image(painting())
 
 
@@ -103,14 +100,10 @@ def layer(num: int) -> bg.Gaussians:
     """Discs beside each other."""
     rows = np.arange(num)
     means = np.stack([rows % 17, rows // 17, 0.1 * np.sin(rows)], axis=1)
-    strokes = random_gaussians(num, size=0.34)
-    upright = np.tile([1.0, 0, 0, 0], (num, 1))
-    sizes = np.tile([0.34, 0.36, 0.03], (num, 1))
-    return replaced(strokes, means=means, quats=upright, scales=sizes, opacities=np.full(num, 0.9))
+    return gaussians_at(means, (0.34, 0.36, 0.03))
 
 
-def surfaces(num: int) -> bg.Gaussians:
-    return wall(num, colors=0.05, normals=0.4, sizes=0.2)
+surfaces = partial(wall, colors=0.05, normals=0.4, sizes=0.2)
 
 
 def gaps(strokes: bg.Gaussians, _: object) -> np.ndarray:
@@ -132,10 +125,6 @@ def body(num: int) -> bg.Gaussians:
     return gaussians_at(means, 3 / max(num, 1) ** 0.5, 0.5 + 0.4 * means[:, :1], quats=(1, 0.2, 0.5, 0.3))
 
 
-def defocused(strokes: bg.Gaussians, _: object) -> bg.Gaussians:
-    return defocus(strokes, focused(strokes, VIEWS, None), 0.7)
-
-
 def softened(strokes: bg.Gaussians, _: object) -> bg.Gaussians:
     edges = find_edges(strokes, VIEWS, Around(None, (0.5, 0.5, 0.5)), focus=strokes.means[:, 0])
     return soften_edges(strokes, edges)
@@ -146,7 +135,7 @@ def outstanding(strokes: bg.Gaussians, _: object) -> np.ndarray:
 
 
 PASSES = {
-    "defocus": Pass(defocused, body, "order"),
+    "defocus": Pass(lambda s, _: defocus(s, focused(s, VIEWS, None), 0.7), body, "order"),
     "soften edges": Pass(softened, body, "order", atol=1e-6),
     "mix brushes": Pass(lambda s, _: mix_brushes(s, [(np.arange(3), 0.5)]).brushes, laws="order"),
     "values": Pass(lambda s, _: Values(warmth=8.0, middle=45.0).strokes(s)),
@@ -159,12 +148,14 @@ PASSES = {
     "gaps": Pass(gaps, layer),
     "key light": Pass(in_its_light, rtol=1e-3, atol=1e-3),
     "saliency": Pass(outstanding, laws="order unit", atol=1e-3),
+    "choose marks": Pass(lambda s, _: choose_marks(s, [MARKS]).brushes, laws="order"),
     "break colors": Pass(lambda s, _: bg.break_colors(s), laws="order", rtol=0, atol=1e-12),
     "break colors, followed": Pass(
         lambda s, _: bg.break_colors(s, follows=0.7), laws="order", rtol=0, atol=1e-12
     ),
     "tones": Pass(lambda s, _: tones(s), laws="order unit"),
     "directions of marks": Pass(lambda s, _: mark_axes(s, with_planes=False)[0] ** 2),
+    "pigments": Pass(lambda s, _: use_pigments(s, 8), laws="unit place"),
     "grade": Pass(lambda s, _: grade(s, chroma=1.5, contrast=0.5)),
     "recolor": Pass(lambda s, _: bg.recolor(s, PALETTE, 0.7)),
     "prune": Pass(kept(lambda s: bg.prune(s, 0.3))),
@@ -178,16 +169,7 @@ PASSES = {
 }
 
 
-def here(gaussians: bg.Gaussians) -> bg.Gaussians:
-    return gaussians
-
-
-def found(
-    one: Pass,
-    gaussians: bg.Gaussians,
-    moved: Callable[[bg.Gaussians], bg.Gaussians] = here,
-    unit: float = 1.0,
-) -> dict[str, np.ndarray]:
+def found(one: Pass, gaussians: bg.Gaussians, moved: Callable = lambda x: x, unit: float = 1.0) -> dict:
     """Columns of the outcome, without a unit."""
     result = one.work(gaussians, moved)
     if not isinstance(result, bg.Gaussians):
@@ -225,19 +207,17 @@ def test_the_order_of_rows_does_not_count(name):
 @for_each("unit", [1e-12, 1e-4, 2.0**-13, 2.0**13, 1e4, 1e12])
 @for_each("name", binding("unit"))
 def test_the_unit_of_the_scene_does_not_count(name, unit):
-    one = PASSES[name]
-    scene = one.scene(300)
+    one, scene = PASSES[name], PASSES[name].scene(300)
 
     def moved(gaussians):
-        return replaced(gaussians, means=gaussians.means * unit, scales=gaussians.scales * unit)
+        return rescaled(gaussians, unit)
 
     assert_close(one, found(one, moved(scene), moved, unit), found(one, scene))
 
 
 @for_each("name", binding("place"))
 def test_the_place_of_the_scene_does_not_count(name):
-    one = PASSES[name]
-    scene = one.scene(300)
+    one, scene = PASSES[name], PASSES[name].scene(300)
 
     def moved(gaussians):
         return replaced(gaussians, means=gaussians.means + np.arange(1, 4))
@@ -256,14 +236,10 @@ def test_the_number_of_threads_changes_no_bit(name):
         np.testing.assert_array_equal(outcomes[1][column], values, err_msg=column)
 
 
-BLOCKS = {"recolor": "color.color_map"}
-
-
-@for_each(("name", "module"), BLOCKS.items())
-def test_blocks_of_rows_do_not_count(name, module, monkeypatch):
-    one = PASSES[name]
+def test_blocks_of_rows_do_not_count(monkeypatch):
+    one = PASSES["recolor"]
     expected = found(one, one.scene(300))
-    monkeypatch.setattr(f"brushgs.passes.{module}.ROWS_AT_A_TIME", 7)
+    monkeypatch.setattr("brushgs.passes.color.color_map.ROWS_AT_A_TIME", 7)
     assert_close(one, found(one, one.scene(300)), expected)
 
 
@@ -292,14 +268,14 @@ def test_none_one_and_two_gaussians_are_enough(name, num):
 
 def strange_rows() -> list[tuple[str, str, type]]:
     """Every pass with every scene, in one dtype or the other by turns."""
-    pairs = product(enumerate(PASSES), enumerate(strange_strokes()))
+    pairs = product(enumerate(PASSES), enumerate(scenes.strange_strokes()))
     return [(name, scene, (np.float32, np.float64)[(i + j) % 2]) for (i, name), (j, scene) in pairs]
 
 
 @for_each(("name", "scene", "dtype"), strange_rows())
 def test_strange_strokes_come_out_finite(name, scene, dtype):
     """`Gaussians` itself refuses what is not finite and opacities out of range."""
-    strokes = strange_strokes()[scene].astype(dtype)
+    strokes = scenes.strange_strokes()[scene].astype(dtype)
     result = PASSES[name].work(strokes, lambda gaussians: gaussians.astype(dtype))
     if isinstance(result, bg.Gaussians):
         assert len(result) == len(strokes)

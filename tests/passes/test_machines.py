@@ -1,14 +1,12 @@
 """Machines of a farm make the same strokes, whatever instruction sets they have."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 from brushgs import _core
+from brushgs.values.gaussians import GAUSSIAN_COLUMNS
+from tests.kit.programs import ran
+from tests.scenes import still_life_of
 
 _STROKES = """
 import sys
@@ -41,9 +39,6 @@ OF_NUMPY = [
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """From what is lacking to the strokes; each is made in a process of its own."""
-    from brushgs.values.gaussians import GAUSSIAN_COLUMNS
-    from tests.scenes import still_life_of
-
     folder = tmp_path_factory.mktemp("machines")
     scene = still_life_of(4000)
     np.savez(folder / "scene.npz", **{name: getattr(scene, name) for name in GAUSSIAN_COLUMNS})
@@ -51,9 +46,8 @@ def made(tmp_path_factory):
     def strokes(lacking):
         file = folder / f"{'-'.join(lacking.values())[:30]}.npz"
         if not file.exists():
-            environment = {**os.environ, **lacking, "PYTHONPATH": os.pathsep.join(sys.path)}
-            command = [sys.executable, "-W", "ignore", "-c", _STROKES, str(folder / "scene.npz"), str(file)]
-            subprocess.run(command, env=environment, cwd=Path(__file__).parents[2], check=True)
+            code, _, err = ran("-W", "ignore", "-c", _STROKES, folder / "scene.npz", file, env=lacking)
+            assert code == 0, err
         with np.load(file) as columns:
             return dict(columns)
 

@@ -5,7 +5,7 @@ import numpy as np
 from brushgs.core.threads import at_most
 from brushgs.passes.groups import Groups
 from brushgs.passes.reduce.contribution import projected_areas
-from brushgs.passes.reduce.merge import covariances, principal_axes, stopped
+from brushgs.passes.reduce.merge import covariances, stopped
 from tests.kit.for_each import for_each
 from tests.passes import moments_twin as twin
 from tests.passes.scenes import covariances as covariances_of
@@ -70,15 +70,3 @@ def test_what_stops_a_ray_is_the_product_of_what_passes_each(dtype, footprint):
     if footprint == 1e30:  # where hardly anything is stopped, it is the sum of what each stops
         expected = np.bincount(labels, scene.opacities * own / footprint, NUM_GROUPS)
         np.testing.assert_allclose(found, expected, rtol=1e-13)
-
-
-def test_the_largest_component_of_the_longer_axes_is_positive_and_threads_do_not_matter():
-    axes = np.random.default_rng(0).normal(size=(300, 3, 3))
-    covars = axes @ axes.transpose(0, 2, 1)
-    scales, turned = with_threads(lambda: principal_axes(covars))
-    np.testing.assert_allclose(scales**2, np.linalg.eigvalsh(covars), rtol=1e-9, atol=1e-14)
-    largest = np.take_along_axis(turned, np.abs(turned).argmax(axis=1)[:, None], axis=1)[:, 0]
-    assert (largest[:, 1:] > 0).all()
-    scales, turned = principal_axes(np.zeros((1, 3, 3)))
-    assert not scales.any()
-    np.testing.assert_allclose(np.linalg.det(turned), 1)

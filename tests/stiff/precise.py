@@ -88,16 +88,8 @@ def exact(
     f, c = camera.K[[0, 1], [0, 1]].astype(X), camera.K[:2, 2].astype(X)
     basis = sh_basis(directions.astype(np.float64), gaussians.sh_degree)
     shades = basis[..., None] * gaussians.sh.astype(np.float64)
-    return Exact(
-        t[:, :2] / t[:, 2:] * f + c,
-        half_extents,
-        angles,
-        t[:, 2],
-        np.maximum(0, 0.5 + shades.sum(axis=1)),
-        opacities,
-        axes,
-        np.abs(shades).sum(axis=1),
-    )
+    colors, sums = np.maximum(0, 0.5 + shades.sum(axis=1)), np.abs(shades).sum(axis=1)
+    return Exact(t[:, :2] / t[:, 2:] * f + c, half_extents, angles, t[:, 2], colors, opacities, axes, sums)
 
 
 def rotations(quats: np.ndarray) -> np.ndarray:
@@ -129,16 +121,11 @@ def deviation(M: np.ndarray, angles: np.ndarray) -> np.ndarray:
 
 
 def faded(depths, half_extents, longer, camera: Camera, low_pass: float) -> np.ndarray:
-    def smooth_step(t):
-        t = np.clip(t, 0, 1)
-        return t * t * (3 - 2 * t)
-
     near, area = X(camera.near), 4 * half_extents.prod(axis=1)
     inverse = np.sqrt(X(camera.width * camera.height) / area)
     length = longer / np.sqrt(longer**2 + X(low_pass))
-    return (
-        smooth_step((depths / near - 1) / (X(FADED_NEAR) - 1)) * smooth_step((inverse - 0.1) / 0.4) * length
-    )
+    ramps = (depths / near - 1) / (X(FADED_NEAR) - 1), (inverse - 0.1) / 0.4
+    return np.prod([t * t * (3 - 2 * t) for t in np.clip(ramps, 0, 1)], axis=0) * length
 
 
 @dataclass(frozen=True)
@@ -169,16 +156,7 @@ def errors_of(boxes: Boxes, wanted: Exact) -> Errors:
     away = np.abs(boxes.centers.astype(X) - wanted.centers[ids])
     size = np.maximum(np.abs(wanted.centers[ids]), expected.max(axis=1, keepdims=True)) + 1
     shade = np.abs(boxes.colors - wanted.colors[ids]) / (0.5 + wanted.shade_size[ids])
-
-    def worst(values) -> float:
-        return float(values.max(initial=0))
-
-    return Errors(
-        worst(ratio[:, 0]),
-        worst(ratio[:, 1]),
-        worst(turn * anisotropy),
-        worst(away / size),
-        worst(np.abs(boxes.depths.astype(X) / wanted.depths[ids] - 1)),
-        worst(shade),
-        worst(np.abs(boxes.opacities.astype(X) / wanted.opacities[ids] - 1)),
-    )
+    depths = np.abs(boxes.depths.astype(X) / wanted.depths[ids] - 1)
+    opacities = np.abs(boxes.opacities.astype(X) / wanted.opacities[ids] - 1)
+    errors = ratio[:, 0], ratio[:, 1], turn * anisotropy, away / size, depths, shade, opacities
+    return Errors(*(float(values.max(initial=0)) for values in errors))

@@ -29,17 +29,10 @@ class Stiff:
 
 def random_scene(n: int = 60, *, degree: int = 1, seed: int = 0) -> Gaussians:
     g = np.random.default_rng([seed, n])
-    return (
-        Gaussians(
-            g.normal(size=(n, 3)) * 0.6,
-            g.normal(size=(n, 4)),
-            np.exp(g.uniform(np.log(0.02), np.log(0.3), (n, 3))),
-            g.uniform(0.3, 1, n),
-            g.normal(size=(n, (degree + 1) ** 2, 3)) * 0.4,
-        )
-        .astype(np.float32)
-        .astype(np.float64)
-    )
+    means, quats = g.normal(size=(n, 3)) * 0.6, g.normal(size=(n, 4))
+    scales, opacities = np.exp(g.uniform(np.log(0.02), np.log(0.3), (n, 3))), g.uniform(0.3, 1, n)
+    sh = g.normal(size=(n, (degree + 1) ** 2, 3)) * 0.4
+    return Gaussians(means, quats, scales, opacities, sh).astype(np.float32).astype(np.float64)
 
 
 BASE = random_scene()
@@ -81,8 +74,9 @@ def resized(unit: float, **camera) -> Stiff:
     return Stiff(changed, orbit(np.multiply(EYE, unit), near=near, **camera))
 
 
-def of_shape(scales, quat=None) -> Gaussians:
-    return scene(scales=scales) if quat is None else scene(scales=scales, quats=np.array(quat, float))
+def of_shape(ratios, quat=None) -> Gaussians:
+    quats = {} if quat is None else {"quats": np.array(quat, float)}
+    return scene(scales=lambda s: s * ratios, **quats)
 
 
 END_ON, ALONG_X, ALONG_Y = (1, 0, -1, 0), (1, 0, 0, 0), (1, 0, 0, 1)  # what the own x axis becomes
@@ -95,13 +89,11 @@ SCENES: dict[str, Stiff] = {
         scene(quats=lambda q: np.sign(q) * np.geomspace(1e-38, 1e37, q.size).reshape(q.shape)), orbit()
     ),
     "opacity 1, scale 0": Stiff(scene(opacities=1, scales=lambda s: s * (1, 1, 0)), orbit()),
-    "discs of ratio 1e7": Stiff(of_shape(lambda s: s * (1, 1e-7, 1)), orbit()),
-    "needles of ratio 1e7": Stiff(of_shape(lambda s: s * (10, 1e-6, 1e-6)), orbit()),
-    "needles across": Stiff(of_shape(lambda s: s * (3, 1e-5, 1e-5), ALONG_X), FRONT),
-    "needles end-on": Stiff(of_shape(lambda s: s * (1, 1e-5, 1e-5), END_ON), FRONT),
-    "needles through the near plane": Stiff(
-        of_shape(lambda s: s * (100, 0.01, 0.01), END_ON), orbit((0, 0, -0.5))
-    ),
+    "discs of ratio 1e7": Stiff(of_shape((1, 1e-7, 1)), orbit()),
+    "needles of ratio 1e7": Stiff(of_shape((10, 1e-6, 1e-6)), orbit()),
+    "needles across": Stiff(of_shape((3, 1e-5, 1e-5), ALONG_X), FRONT),
+    "needles end-on": Stiff(of_shape((1, 1e-5, 1e-5), END_ON), FRONT),
+    "needles through the near plane": Stiff(of_shape((100, 0.01, 0.01), END_ON), orbit((0, 0, -0.5))),
     "Gaussians around the camera": Stiff(scene(means=some(AT_EYE), scales=some(2.0)), orbit()),
     "the camera in a mean": Stiff(scene(means=some(np.array(EYE))), orbit()),
     "the camera inside": Stiff(BASE, orbit((0.05, 0.02, 0.01), (1, 0.2, 0.3))),
@@ -113,8 +105,8 @@ SCENES: dict[str, Stiff] = {
     "1e4 wide": resized(1e4),
     "1e5 from the origin": Stiff(scene(means=lambda m: m + 1e5), orbit(np.add(EYE, 1e5), (1e5, 1e5, 1e5))),
     "isotropic": Stiff(scene(scales=0.1), orbit()),
-    "horizontal": Stiff(of_shape(lambda s: s * (3, 0.1, 0.1), ALONG_X), FRONT),
-    "vertical": Stiff(of_shape(lambda s: s * (3, 0.1, 0.1), ALONG_Y), FRONT),
+    "horizontal": Stiff(of_shape((3, 0.1, 0.1), ALONG_X), FRONT),
+    "vertical": Stiff(of_shape((3, 0.1, 0.1), ALONG_Y), FRONT),
     "sub-pixel strokes": Stiff(scene(scales=lambda s: s * 0.03, means=lambda m: m * 0.3), orbit()),
     # The kernels draw dots; strokes without length have faded.
     "points": Stiff(scene(scales=0), orbit(), "finite"),

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 import brushgs as bg
+from brushgs.measure.likeness import psnr
 from brushgs.values.sh import C0
 
 Shape = Literal["needle", "disc", "blob"]
@@ -59,12 +60,7 @@ def painted(scene: bg.Gaussians, share: float, **options: Any) -> bg.Frame:
     return bg.paint(scene, stroke="flat", strokes=round(share * len(scene)), **VIEW, **options)
 
 
-def psnr(frame: bg.Frame, expected: bg.Frame) -> float:
-    """dB, both on white."""
-    away = frame.over((1, 1, 1)) - expected.over((1, 1, 1))
-    return float(-10 * np.log10(max((away.astype(np.float64) ** 2).mean(), 1e-12)))
-
-
-def coverage(frame: bg.Frame, expected: bg.Frame) -> float:
-    """Share of the picture that is painted, over that of another."""
-    return float(frame.alpha.mean(dtype=np.float64) / expected.alpha.mean(dtype=np.float64))
+def likeness(frame: bg.Frame, expected: bg.Frame) -> tuple[float, float]:
+    """PSNR in dB, both on white; and the share of the picture that is painted over that of the other."""
+    on_white = psnr(frame.over((1, 1, 1)), expected.over((1, 1, 1)))
+    return on_white, float(frame.alpha.mean(dtype=np.float64) / expected.alpha.mean(dtype=np.float64))

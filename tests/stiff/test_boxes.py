@@ -22,12 +22,11 @@ VIEW = Camera.look_at((0, 0, 0), (0.3, -0.5, 1), (0.2, -1, 0.1), width=800, heig
 HALF_UNIT = 2.0**-24  # of float32: what rounding to it costs
 
 
-def shapes(aspect: float, kind: str, depth: float, scale: float, dtype, *, seed: int = 0) -> Gaussians:
+def shapes(aspect: float, kind: str, depth: float, scale: float, dtype) -> Gaussians:
     """Needles or discs of this aspect ratio in all directions, before `VIEW`."""
-    g = np.random.default_rng([seed, int(np.log10(aspect))])
-    seen = (
-        np.stack([g.uniform(-0.4, 0.4, N), g.uniform(-0.3, 0.3, N), g.uniform(0.7, 1.4, N)], axis=1) * depth
-    )
+    g = np.random.default_rng([0, int(np.log10(aspect))])
+    ranges = (-0.4, 0.4), (-0.3, 0.3), (0.7, 1.4)
+    seen = depth * np.stack([g.uniform(*one, N) for one in ranges], axis=1)
     thin = np.exp(g.uniform(0, 1, N)) / aspect
     middle = thin * g.uniform(1, 2, N) if kind == "needle" else g.uniform(0.5, 1, N)
     return Gaussians(
@@ -99,9 +98,8 @@ def test_needles_seen_end_on_keep_both_extents(aspect, tilt):
     columns = (g.normal(size=(N, 3)) * (0, 0, 0.5), quats, 0.1 * scales, np.ones(N), np.zeros((N, 1, 3)))
     scene, camera = Gaussians(*columns), Camera.look_at((0, 0, -3), (0, 0, 0), width=800, height=600)
     for lock in ("off", "anchor"):
-        errors = errors_of(
-            project(scene, camera, low_pass=0.0, lock=lock), exact(scene, camera, low_pass=0.0, lock=lock)
-        )
+        how = {"low_pass": 0.0, "lock": lock}
+        errors = errors_of(project(scene, camera, **how), exact(scene, camera, **how))
         slope = aspect if lock == "off" else max(aspect, 1 / max(tilt, 1e-14) if tilt else 0)
         assert max(errors.length, errors.width, errors.angle) < 1e-13 + 1e-15 * slope
 

@@ -8,7 +8,6 @@ from brushgs.rendering.options import ProjectOptions
 from brushgs.rendering.project import project, project_by
 from brushgs.rendering.rasterize import RasterOptions
 from brushgs.rendering.render import render, render_sequence
-from brushgs.values.boxes import Boxes
 from brushgs.values.frame import Frame
 from tests.kit.for_each import for_each
 from tests.rendering.strokes import PATHS, bristles
@@ -26,17 +25,9 @@ def painted(name: str, dtype, path: str = "mip", **options) -> Frame:
 
 
 def assert_finite(frame: Frame) -> None:
-    for plane in (frame.rgb, frame.alpha, frame.depth):
-        assert np.isfinite(plane).all()
-    assert frame.alpha.min() >= 0
-    assert frame.alpha.max() <= 1
-
-
-def assert_boxes_sound(boxes: Boxes) -> None:
-    """`Boxes` itself refuses NaN and infinity."""
-    assert (boxes.half_extents > 0).all()
-    assert (np.abs(boxes.angles) <= boxes.angles.dtype.type(np.pi)).all()
-    assert ((boxes.opacities >= 0) & (boxes.opacities <= 1)).all()
+    assert np.isfinite(frame.rgb).all()
+    assert np.isfinite(frame.depth).all()
+    assert 0 <= frame.alpha.min() <= frame.alpha.max() <= 1
 
 
 @for_each("dtype", DTYPES)
@@ -63,13 +54,15 @@ def test_a_path_is_followed_and_painted_finite(name, dtype):
 @for_each("dtype", DTYPES)
 @for_each("name", SCENES)
 def test_what_is_not_drawn_is_counted(name, dtype):
+    """`Boxes` itself refuses NaN and infinity."""
     stiff = SCENES[name]
     for camera in stiff.cameras:
         for lock in ("anchor", "off"):
-            boxes, counts = project_by(
-                stiff.scene.astype(dtype), camera, ProjectOptions(lock=lock, fade=True)
-            )
-            assert_boxes_sound(boxes)
+            options = ProjectOptions(lock=lock, fade=True)
+            boxes, counts = project_by(stiff.scene.astype(dtype), camera, options)
+            assert (boxes.half_extents > 0).all()
+            assert (np.abs(boxes.angles) <= boxes.angles.dtype.type(np.pi)).all()
+            assert ((boxes.opacities >= 0) & (boxes.opacities <= 1)).all()
             assert len(boxes) + counts.total == len(stiff.scene)
             assert not (stiff.outcome == "dropped" and len(boxes))
     if stiff.outcome == "drawn":

@@ -19,10 +19,9 @@ def test_a_picture_of_one_pixel_is_as_defined(path, dtype):
     kind, filter = PATHS[path]
     boxes = random_boxes(40, 1, 1, sizes=(0.2, 4), dtype=dtype)
     for some in (boxes, softened(boxes, 3.0)):
-        actual = rasterize(some, texture_of(kind), height=1, width=1, filter=filter)
-        expected = reference.rasterize(
-            some, texture_of(kind), RasterOptions(height=1, width=1, filter=filter)
-        )
+        how = {"height": 1, "width": 1, "filter": filter}
+        actual = rasterize(some, texture_of(kind), **how)
+        expected = reference.rasterize(some, texture_of(kind), RasterOptions(**how))
         np.testing.assert_allclose(actual.rgb, expected.rgb, atol=1e-5 if dtype == np.float32 else 1e-9)
 
 
@@ -31,9 +30,8 @@ def test_a_picture_of_8192_by_8192_has_its_strokes_where_they_belong(order):
     """Corners and middle of 67 million pixels, as in windows of their own. Without depth: 1 GB of planes."""
     side = 8192
     centers = np.array([(5, 5), (8187, 5), (5, 8187), (8187, 8187), (4096.5, 4096.5), (4096.5, 4096.5)])
-    boxes = boxes_of(
-        centers, [(40, 20)] * 5 + [(9000, 1)], angles=[0.3, 0.3, 0.3, 0.3, 0.3, np.pi / 4], dtype=np.float32
-    )
+    angles = [0.3, 0.3, 0.3, 0.3, 0.3, np.pi / 4]
+    boxes = boxes_of(centers, [(40, 20)] * 5 + [(9000, 1)], angles=angles, dtype=np.float32)
     if order == "soft":
         boxes = replace(boxes, softness=np.full(6, 2, np.float32))
     frame = rasterize(boxes, bristles(), height=side, width=side, depth=False)
@@ -86,10 +84,8 @@ def test_boxes_of_any_finite_numbers_are_painted_finite(path, dtype):
             dtype=dtype,
         )
         for softness in (None, g.choice((0, 1e-45, 1e-20, 1e-3, 1, 1e3, 1e20, 3e38), n).astype(dtype)):
-            assert_finite(
-                rasterize(replace(boxes, softness=softness), texture, height=50, width=70, filter=filter)
-            )
+            soft, how = replace(boxes, softness=softness), {"height": 50, "width": 70, "filter": filter}
+            assert_finite(rasterize(soft, texture, **how))
             setbacks = g.choice((0, 1e-45, 1e-20, 1, 1e20, 3e38), n).astype(dtype)
             look = {"underpaint": Underpaint(float(g.choice((1e-20, 0.5, 2, 1e20)))), "streaks": 0.5}
-            layered = replace(boxes, softness=softness, setbacks=setbacks)
-            assert_finite(rasterize(layered, texture, height=50, width=70, filter=filter, **look))
+            assert_finite(rasterize(replace(soft, setbacks=setbacks), texture, **how, **look))

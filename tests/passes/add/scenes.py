@@ -4,7 +4,7 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.values.quats import quats_of
-from tests.passes.scenes import gaussians_at
+from tests.passes.scenes import gaussians_at, grid, on_sphere
 
 SIDE = 1.0  # of the cube
 
@@ -32,18 +32,12 @@ def flat(points, normals, size, colors):
 
 def cube(num=36):
     """A cube around the origin, each face of one tone."""
-    grid = SIDE * ((np.arange(num) + 0.5) / num - 0.5)
-    u, v = (axis.ravel() for axis in np.meshgrid(grid, grid))
-    points, normals, colors = [], [], []
-    for face in range(6):
-        axis, sign = face // 2, 1 - 2 * (face % 2)
-        p, n = np.zeros((num * num, 3)), np.zeros((num * num, 3))
-        p[:, axis], p[:, (axis + 1) % 3], p[:, (axis + 2) % 3] = sign * SIDE / 2, u, v
-        n[:, axis] = sign
-        points.append(p)
-        normals.append(n)
-        colors.append(np.full((num * num, 3), 0.1 + 0.16 * face))
-    return flat(np.concatenate(points), np.concatenate(normals), 0.5 * SIDE / num, np.concatenate(colors))
+    count = num * num
+    face = grid(num, 0.5 * SIDE * (1 - 1 / num), 0.5 * SIDE)
+    points = [sign * np.roll(face, axis, axis=1) for axis in range(3) for sign in (1, -1)]
+    normals = [np.roll([0, 0, sign], axis) for axis in range(3) for sign in (1, -1)]
+    tones = np.repeat(0.1 + 0.16 * np.arange(6), count)[:, None]
+    return flat(np.concatenate(points), np.repeat(normals, count, axis=0), 0.5 * SIDE / num, tones)
 
 
 def cube_edges():
@@ -56,18 +50,12 @@ def cube_edges():
 
 def sphere(num=6000, radius=0.7):
     """A sphere around the origin, of one tone."""
-    rows = np.arange(num) + 0.5
-    y, turn = 1 - 2 * rows / num, rows * np.pi * (1 + 5**0.5)
-    normals = np.stack([np.sqrt(1 - y * y) * np.cos(turn), y, np.sqrt(1 - y * y) * np.sin(turn)], axis=1)
-    size = 1.3 * radius * np.sqrt(4 * np.pi / num) / 2
-    return flat(radius * normals, normals, size, np.full((num, 3), 0.55))
+    normals = on_sphere(num)
+    return flat(radius * normals, normals, 1.3 * radius * np.sqrt(np.pi / num), 0.55)
 
 
-def noisy_plane(num=320, seed=0):
+def noisy_plane(num=320):
     """A plane that fills the first view, as gravel does: each Gaussian has its own tone."""
-    camera = cameras()[0]
-    u, v = (axis.ravel() for axis in np.meshgrid(*[np.linspace(-3, 3, num)] * 2))
-    points = u[:, None] * camera.viewmat[0, :3] + v[:, None] * camera.viewmat[1, :3]
-    tones = np.random.default_rng(seed).uniform(0.25, 0.75, num * num)
-    normals = np.tile(-camera.viewmat[2, :3], (num * num, 1))
-    return flat(points, normals, 0.7 * 6 / num, tones[:, None] * np.ones(3))
+    axes = cameras()[0].viewmat[:3, :3]
+    tones = np.random.default_rng(0).uniform(0.25, 0.75, (num * num, 1))
+    return flat(grid(num, 3.0) @ axes, np.tile(-axes[2], (num * num, 1)), 0.7 * 6 / num, tones)

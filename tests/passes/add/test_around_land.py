@@ -6,18 +6,15 @@ import pytest
 from brushgs.cameras.framing import frame_scene, plain_first_view
 from brushgs.passes.add.around_land import around_land
 from brushgs.rendering.plain import plain_views
-from brushgs.values.quats import rotation_matrices
 from tests.kit.for_each import for_each
 from tests.passes.add.test_stage import SIZE, crate
-from tests.passes.add.test_stage_map import manner
+from tests.passes.add.test_stage_map import manner, turned_by
 
 
 def around(degrees, one, azimuth=0.0):
-    land = crate()
-    camera = frame_scene(
-        plain_first_view(land), **SIZE, elevation=np.radians(degrees), azimuth=np.radians(azimuth)
-    )
-    return camera, around_land(one, land, plain_first_view(land), [camera])
+    land, view = crate(), plain_first_view(crate())
+    camera = frame_scene(view, **SIZE, elevation=np.radians(degrees), azimuth=np.radians(azimuth))
+    return camera, around_land(one, land, view, [camera])
 
 
 @for_each("degrees", [45, 60, 90])
@@ -36,26 +33,17 @@ def test_the_map_fills_the_first_picture_upright(degrees, azimuth):
 @for_each("degrees", [45, 60, 90])
 def test_marks_run_in_the_first_picture_as_in_the_painting(turn, degrees):
     camera, strokes = around(degrees, manner(angle=np.radians(turn)))
-    ends = strokes.means + 0.01 * rotation_matrices(strokes.quats)[:, :, 0]
-
-    def seen(points):
-        x, y, z = (points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).T
-        return np.stack([x / z, y / z], axis=1)
-
-    middle = np.abs(seen(strokes.means)[:, 1]) < 0.4 * SIZE["height"] / 2 / camera.K[1, 1]  # none is mirrored
-    ways = (seen(ends) - seen(strokes.means))[middle]
-    pairs = np.exp(2j * np.arctan2(ways[:, 1], ways[:, 0])).mean()
-    away = (0.5 * np.angle(pairs) - np.radians(turn) + np.pi / 2) % np.pi - np.pi / 2
-    assert abs(np.degrees(away)) < 6
-    assert abs(pairs) > 0.85  # to the sides of the picture they turn
+    _, y, z = (strokes.means @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).T
+    middle = np.abs(y / z) < 0.4 * SIZE["height"] / 2 / camera.K[1, 1]  # none is mirrored
+    away, agreement = turned_by(strokes.take(middle), camera, turn)
+    assert away < 6
+    assert agreement > 0.85  # to the sides of the picture they turn
 
 
 def test_marks_have_the_size_of_the_painting_in_the_picture_and_are_not_too_many():
     camera, strokes = around(45, manner(size=0.05))
     z = (strokes.means @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3])[:, 2]
-    seen = (
-        np.median(3 * strokes.scales[:, 0] / z) * camera.K[0, 0]
-    )  # what shows of a stroke: 3 standard deviations
+    seen = np.median(3 * strokes.scales[:, 0] / z) * camera.K[0, 0]  # 3 standard deviations show
     assert seen == pytest.approx(2 * 0.05 * min(SIZE.values()), rel=0.25)  # the aspect is 4
     _, fine = around(45, manner(size=0.001))
     assert 8_000 < len(fine) < 40_000

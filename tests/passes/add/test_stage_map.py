@@ -13,10 +13,11 @@ from brushgs.passes.add.stage_surface import Spots
 from brushgs.rendering.plain import plain_views
 from brushgs.values.colors import oklab_of, rgb_of_oklab
 from brushgs.values.quats import rotation_matrices
-from brushgs.values.sh import base_colors, in_colors
+from brushgs.values.sh import base_colors
 from brushgs.values.style import MarkDictionary, StyleStage
 from tests.kit.for_each import for_each
 from tests.passes.add.test_stage import SIZE, crate, stage_of
+from tests.passes.scenes import gaussians_at
 
 COLUMNS = 60
 
@@ -28,6 +29,15 @@ def manner(color=1.0, *, top=(0.2, 0.3, 0.7), low=(0.6, 0.5, 0.2), angle=0.0, ma
     pair = np.array([np.cos(2 * angle), np.sin(2 * angle)], np.float32)
     stage = StyleStage(colors, np.broadcast_to(pair, (20, COLUMNS, 2)).copy())
     return Manner([Part(stage, color, 1.0)], size, 4.0, marks, (0.0, 0.0))
+
+
+def turned_by(strokes, camera, degrees):
+    """By how many degrees strokes run another way than this in a picture, and how well they agree, 0 to 1."""
+    starts = strokes.means @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]
+    ends = starts + 0.01 * rotation_matrices(strokes.quats)[:, :, 0] @ camera.viewmat[:3, :3].T
+    x, y = (ends[:, :2] / ends[:, 2:] - starts[:, :2] / starts[:, 2:]).T
+    pairs = np.exp(2j * (np.arctan2(y, x) - np.radians(degrees))).mean()
+    return abs(0.5 * np.angle(pairs, deg=True)), abs(pairs)
 
 
 def painted(cameras, one, scene=None):
@@ -62,17 +72,9 @@ def test_marks_run_on_the_wall_as_they_appear_in_the_painting(degrees):
     local = stage.place.local(strokes.means)
     rows = (local[:, 1] > 0.25 * stage.surface.wall) & (np.abs(local[:, 0]) < 0.2 * stage.surface.wall)
     assert rows.sum() > 20
-    ends = strokes.means[rows] + 0.01 * rotation_matrices(strokes.quats[rows])[:, :, 0]
-
-    def seen(points):
-        x, y, z = (points @ camera.viewmat[:3, :3].T + camera.viewmat[:3, 3]).T
-        return np.stack([x / z, y / z], axis=1)
-
-    ways = seen(ends) - seen(strokes.means[rows])
-    pairs = np.exp(2j * np.arctan2(ways[:, 1], ways[:, 0])).mean()
-    away = (0.5 * np.angle(pairs) - np.radians(degrees) + np.pi / 2) % np.pi - np.pi / 2
-    assert abs(np.degrees(away)) < 14
-    assert abs(pairs) > 0.7
+    away, agreement = turned_by(strokes.take(rows), camera, degrees)
+    assert away < 14
+    assert agreement > 0.7
 
 
 def test_strokes_differ_where_the_map_is_busy_and_hardly_where_it_is_calm():
@@ -82,9 +84,8 @@ def test_strokes_differ_where_the_map_is_busy_and_hardly_where_it_is_calm():
     texels = np.full((2, 4, 8, 4), 128, np.uint8)
     texels[:, :, ::2, 0] += np.array([1, 30], np.uint8)[:, None, None]  # a calm mark and a busy one
     marks = MarkDictionary(np.full((2, 3), 0.5, np.float32), np.full(2, 0.5, np.float32), texels)
-    one = replace(
-        manner(), parts=[Part(StyleStage(colors, np.zeros((20, COLUMNS, 2), np.float32)), 1, 0, marks)]
-    )
+    part = Part(StyleStage(colors, np.zeros((20, COLUMNS, 2), np.float32)), 1, 0, marks)
+    one = replace(manner(), parts=[part])
     stage = stage_of(crate(), [camera])
     layout = layout_of(stage.surface, stage.place, [camera], COLUMNS / 20)
     around = 2 * np.pi / layout.repeats * np.array([-0.25, -0.75])  # columns run against the turn
@@ -98,9 +99,8 @@ def test_strokes_differ_where_the_map_is_busy_and_hardly_where_it_is_calm():
 @for_each("step", [-0.2, 0.2])
 def test_black_and_white_stay_where_a_subject_gets_another_lightness(step):
     values = np.array([0.0, 0.2, 0.5, 0.8, 1.0])
-    strokes = crate((0.5, 0.5, 0.5)).take(np.arange(5))
-    strokes = in_colors(strokes, np.clip(rgb_of_oklab(np.outer(values, (1, 0, 0))), 0, 1))
-    found = oklab_of(np.clip(base_colors(lightened(strokes, step).sh), 0, 1).astype(float))[:, 0]
+    strokes = gaussians_at(np.zeros((5, 3)), 1, np.clip(rgb_of_oklab(np.outer(values, (1, 0, 0))), 0, 1))
+    found = oklab_of(np.clip(base_colors(lightened(strokes, step).sh), 0, 1))[:, 0]
     np.testing.assert_allclose(found - values, step * np.array([0, 0.4, 1, 0.4, 0]), atol=2e-3)
 
 

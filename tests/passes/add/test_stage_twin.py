@@ -6,6 +6,7 @@ import numpy as np
 
 import brushgs as bg
 from brushgs.core.native import core as _core
+from brushgs.passes.add.stage_ground import Ground, dissolved
 from brushgs.passes.add.stage_place import Place, lamp_direction
 from brushgs.passes.add.stage_surface import Surface
 from brushgs.passes.extent import robust_frame
@@ -14,7 +15,7 @@ from brushgs.values.quats import rotation_matrices
 from tests.kit.for_each import for_each
 from tests.passes.add import stage_twin as twin
 from tests.passes.add.test_stage import crate, plaza
-from tests.passes.scenes import strange_strokes
+from tests.passes.scenes import columns_of, random_gaussians, replaced, strange_strokes
 from tests.scenes import still_life_of
 
 SCENES = strange_strokes() | {"still life": still_life_of(3000), "on a plaza": crate() + plaza()}
@@ -44,10 +45,6 @@ def hold(found, expected):
         np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12 * size)
 
 
-def columns_of(scene):
-    return scene.means, scene.quats, scene.scales, scene.opacities, scene.sh
-
-
 def site_of(name):
     """The place of a scene, and local points, paint and OKLab of it."""
     place, _, points, weights, lab = _core.find_site(*columns_of(SCENES[name]), AXES, LAMPS[0], OKLAB)
@@ -66,13 +63,8 @@ def ground_at(radius):
     """A torn ground in many colors."""
     rng, side = np.random.default_rng(6), twin.SIDE
     coverage = twin.map_blurred((rng.random((side, side)) < 0.55) * 1.0, 3.0)
-    return (
-        place_at(radius),
-        coverage,
-        rng.normal(0, 0.2, (3, side, side)),
-        np.array([0.5, 0.01, 0.02]),
-        1.2 * radius,
-    )
+    colors, tone = rng.normal(0, 0.2, (3, side, side)), np.array([0.5, 0.01, 0.02])
+    return place_at(radius), coverage, colors, tone, 1.2 * radius
 
 
 @cache
@@ -134,25 +126,23 @@ def test_random_grounds_are_those_of_the_twin_and_strokes_dissolve_as_there():
         scene = points @ AXES, quats, scales, np.ones(count), rng.normal(size=(count, 1, 3))
         found = check("find_site", *scene, AXES, LAMPS[0], OKLAB)[1]
         if found is not None:
-            dissolved(points * (1.1, 1, 1.1), found[1], rng)
+            check_dissolved(points * (1.1, 1, 1.1), found[1])
             num_found += 1
     assert 10 < num_found < 35, num_found
 
 
-def dissolved(points, coverage, rng):
+def check_dissolved(points, coverage):
     """Strokes at local points, on a ground of this coverage, held to the twin."""
     place = place_at(1.0, TURNED)
     square = twin.SIDE, twin.SIDE
-    ground = place, coverage.reshape(square), np.zeros((3, *square)), np.zeros(3), 1.0
+    ground = Ground(place, coverage.reshape(square), np.zeros((3, *square)), np.zeros(3), 1.0)
     for dtype, table in ((np.float32, np.array([0.4, 0.02, -0.3])), (np.float64, None)):
-        means = place.world(points).astype(dtype)
-        opacities, sh = rng.random(len(means)).astype(dtype), rng.normal(size=(len(means), 4, 3))
-        columns = [[opacities.copy(), sh.astype(dtype)] for _ in range(2)]
-        for module, (left, colors) in zip((_core, twin), columns, strict=True):
-            module.dissolve(means, left, colors, ground, table, OKLAB)
+        strokes = replaced(random_gaussians(len(points), terms=4), means=place.world(points)).astype(dtype)
+        found, opacities, sh = dissolved(strokes, ground, table), strokes.opacities.copy(), strokes.sh.copy()
+        twin.dissolve(strokes.means, opacities, sh, ground, table, OKLAB)
         steps = 1e-6 if dtype == np.float32 else 1e-9
-        for found, expected in zip(*columns, strict=True):
-            np.testing.assert_allclose(found, expected, rtol=steps, atol=steps)
+        np.testing.assert_allclose(found.opacities, opacities, rtol=steps, atol=steps)
+        np.testing.assert_allclose(found.sh, sh, rtol=steps, atol=steps)
 
 
 @for_each("name", [*STRANGE, "still life"])

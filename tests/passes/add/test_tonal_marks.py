@@ -4,31 +4,34 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from brushgs.core.native import core as _core
 from brushgs.passes.add.tonal_marks import Manner, tonal_marks
 from brushgs.passes.add.tonal_view import TonalView
 from brushgs.passes.form.plane_axes import mark_axes
 from brushgs.values.camera import Camera
-from brushgs.values.quats import quats_of
 from tests.kit.for_each import for_each
 from tests.passes.form.planks import long_axes
 from tests.passes.scenes import gaussians_at
 
-CAMERA = Camera.look_at((0, 0, -4), (0, 0, 0), width=320, height=180, fov_y=0.8)
+
+def camera_at(z):
+    return Camera.look_at((0, 0, -z), (0, 0, 0), width=320, height=180, fov_y=0.8)
+
+
+CAMERA = camera_at(4.0)
 LINES = Manner(0.1, 0.8, (3.0, 9.0), (1.2, 0.8), (12.0, 60.0))
 DOTS = Manner(0.1, 0.8, (3.0, 9.0), (1.2, 0.8))
 
 
-def wall(angle=0.3, scale=1.0, tilt=0.0):
+def wall(angle=0.3, tilt=0.0):
     """A wall of strokes whose long axes run at an angle, 4 from the camera, turned about the vertical."""
-    x, y = (axis.ravel() * scale for axis in np.meshgrid(np.linspace(-2, 2, 41), np.linspace(-1, 1, 21)))
-    turn = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
-    cos, sin = np.cos(angle), np.sin(angle)
-    frame = turn @ np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
-    means = np.stack([x, y, 0 * x], axis=1) @ turn.T
-    sizes = np.array([0.1, 0.05, 0.001]) * scale
-    return gaussians_at(means, sizes, opacity=0.95, quats=quats_of(frame[None])[0], dtype=np.float32)
+    x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(-2, 2, 41), np.linspace(-1, 1, 21)))
+    turn = Rotation.from_euler("y", tilt)
+    means = turn.apply(np.stack([x, y, 0 * x], axis=1))
+    quats = np.roll((turn * Rotation.from_euler("z", angle)).as_quat(), 1)
+    return gaussians_at(means, (0.1, 0.05, 0.001), opacity=0.95, quats=quats, dtype=np.float32)
 
 
 def view_of(strokes, tones, camera=CAMERA, **options):
@@ -104,40 +107,33 @@ def test_marks_lie_on_the_surface(manner):
     marks = marks_of(strokes, manner=manner)
     normal = np.array([np.sin(0.4), 0, np.cos(0.4)])
     assert np.abs(marks.strokes.means @ normal).max() < 0.07, "the size of a stroke"
-    shares = marks.nested.shares(
-        marks.strokes.means, np.arange(len(marks)), np.full(len(marks), boxes_angle(strokes)), CAMERA
-    )
-    assert np.median(shares) == 1, "in their own view marks are whole"
+    assert np.median(shares_of(marks, strokes, CAMERA)) == 1, "in their own view marks are whole"
 
 
-def boxes_angle(strokes):
-    """The angle in the picture of the directions of a wall."""
-    field = view_of(strokes, 0.1).directions[90, 160]
-    return 0.5 * np.arctan2(field[1], field[0])
+def shares_of(marks, strokes, camera):
+    """What is drawn of marks in a view, by the angle in the picture of the directions of their wall."""
+    x, y = view_of(strokes, 0.1).directions[90, 160]
+    angles = np.full(len(marks), 0.5 * np.arctan2(y, x))
+    return marks.nested.shares(marks.strokes.means, np.arange(len(marks)), angles, camera)
 
 
 def test_hatching_follows_strokes_and_crosses_at_its_turn():
-    marks = marks_of(wall(angle=0.3))
-    along = np.abs(long_axes(marks.strokes) @ (np.cos(0.3), np.sin(0.3), 0))
-    assert np.quantile(along, 0.05) > np.cos(0.15)
-    crossed = marks_of(wall(angle=0.3), manner=replace(LINES, turn=np.pi / 2))
-    across = np.abs(long_axes(crossed.strokes) @ (-np.sin(0.3), np.cos(0.3), 0))
-    assert np.quantile(across, 0.05) > np.cos(0.15)
+    for turn in (0, np.pi / 2):
+        marks = marks_of(wall(angle=0.3), manner=replace(LINES, turn=turn))
+        along = np.abs(long_axes(marks.strokes) @ (np.cos(0.3 + turn), np.sin(0.3 + turn), 0))
+        assert np.quantile(along, 0.05) > np.cos(0.15)
 
 
 @for_each("manner", [LINES, DOTS])
 def test_density_on_paper_stays_from_half_the_distance_to_twice(manner):
     """Ink on paper over that in the own view: counted as width times length, or area."""
     strokes = wall()
-    cameras = [
-        Camera.look_at((0, 0, -z), (0, 0, 0), width=320, height=180, fov_y=0.8) for z in (4.0, 2.0, 8.0)
-    ]
+    cameras = [camera_at(z) for z in (4.0, 2.0, 8.0)]
     marks = marks_of(strokes, manner=manner, cameras=cameras[:2])
 
     def ink(camera):
         field = view_of(strokes, 0.1, camera)
-        angles = np.full(len(marks), boxes_angle(strokes))
-        shares = marks.nested.shares(marks.strokes.means, np.arange(len(marks)), angles, camera)
+        shares = shares_of(marks, strokes, camera)
         pixels, is_seen = field.at(marks.strokes.means.astype(np.float64))
         inside = is_seen & (np.abs(pixels - (160, 90)) < (40, 25)).all(axis=1)  # on the wall in all views
         zoom = 4.0 / np.abs(camera.position[2])
@@ -149,17 +145,10 @@ def test_density_on_paper_stays_from_half_the_distance_to_twice(manner):
 
 
 def test_strokes_of_a_wall_share_a_direction_and_those_of_a_ball_do_not():
-    g = np.random.default_rng(0)
-    strokes = wall()
-    turned = g.normal(0.3, 0.2, len(strokes))
-    frames = np.zeros((len(strokes), 3, 3))
-    frames[:, 0, 0] = frames[:, 1, 1] = np.cos(turned)
-    frames[:, 1, 0], frames[:, 0, 1] = np.sin(turned), -np.sin(turned)
-    frames[:, 2, 2] = 1
-    strokes = replace(strokes, quats=quats_of(frames).astype(np.float32))
-    axes, _ = mark_axes(strokes)
-    units = axes / np.linalg.norm(axes, axis=1, keepdims=True)
-    assert np.abs(units @ units[0]).min() > 0.999
-    free, _ = mark_axes(strokes, with_planes=False)
-    units = free / np.linalg.norm(free, axis=1, keepdims=True)
-    assert np.abs(units @ units[0]).min() < 0.95
+    angles = np.random.default_rng(0).normal(0.3, 0.2, len(wall()))
+    quats = np.roll(Rotation.from_euler("z", angles).as_quat(), 1, axis=1)
+    strokes = replace(wall(), quats=quats.astype(np.float32))
+    planes, free = (mark_axes(strokes, with_planes=whether)[0] for whether in (True, False))
+    for axes, least, most in ((planes, 0.999, 1.001), (free, 0, 0.95)):
+        units = axes / np.linalg.norm(axes, axis=1, keepdims=True)
+        assert least < np.abs(units @ units[0]).min() < most

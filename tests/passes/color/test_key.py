@@ -17,14 +17,13 @@ from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.still_life import still_life_camera
 from brushgs.still_life.bodies import bodies
-from brushgs.still_life.cast import Cast, blockers_of, cast_of, joined
-from brushgs.still_life.light import TO_LAMP, Blockers, baked
+from brushgs.still_life.cast import blockers_of, cast_of, joined
+from brushgs.still_life.light import TO_LAMP, baked
 from brushgs.values.colors import oklab_of
 from brushgs.values.quats import quats_of
 from brushgs.values.sh import base_colors
 from tests.passes.scenes import gaussians_at, on_sphere
 
-NUM = 6000
 # Azimuth from the viewer toward the right, and elevation, degrees: before the wall, which shades nothing.
 LAMPS = [(-60, 40), (-30, 35), (0, 50), (30, 40), (60, 45), (-50, 65), (45, 65)]
 
@@ -34,37 +33,17 @@ def lamp_at(azimuth: float, elevation: float):
     return np.array([np.sin(turn) * np.cos(rise), -np.sin(rise), -np.cos(turn) * np.cos(rise)])
 
 
-@cache
-def cast() -> tuple[Cast, Blockers]:
-    rng = np.random.default_rng(0)
-    parts = list(bodies(NUM, rng))
-    whole = joined([cast_of(body, number, rng) for number, body in enumerate(parts)])
-    return whole.take(whole.opacities > 1 / 255), blockers_of(parts)
-
-
-def lit_scene(lamp) -> bg.Gaussians:
-    """The still life as if its own lamp had stood elsewhere."""
-    surface, blockers = cast()
-    return surface.gaussians(baked(surface.surface, blockers, lamp))
-
-
-def front_views(count: int = 7):
+def front_views():
     """Cameras before the wall, which has but one side."""
-    return [
-        bg.Camera.look_at(
-            (8 * np.sin(turn), -3.5, -8 * np.cos(turn)), (0.1, -1.2, 0.5), width=160, height=120
-        )
-        for turn in np.linspace(-1.2, 1.2, count)
-    ]
+    eyes = [(8 * np.sin(turn), -3.5, -8 * np.cos(turn)) for turn in np.linspace(-1.2, 1.2, 7)]
+    return [bg.Camera.look_at(eye, (0.1, -1.2, 0.5), width=160, height=120) for eye in eyes]
 
 
 def place_of(strokes: bg.Gaussians) -> Place:
     return find_site(strokes, plain_first_view(strokes)).place
 
 
-def ball(
-    count: int = 600, color=(0.5, 0.5, 0.5), center=(0.0, 0.0, 0.0), radius: float = 1.0
-) -> bg.Gaussians:
+def ball(count: int = 600, color=0.5, center=(0.0, 0.0, 0.0), radius: float = 1.0) -> bg.Gaussians:
     """Flat strokes on a sphere, of random turns and signs."""
     out = on_sphere(count)
     across = np.cross(out, np.random.default_rng(1).normal(size=(count, 3)))
@@ -94,10 +73,9 @@ def test_a_ball_faces_outward(is_seen):
 
 def test_a_ball_seen_from_its_middle_faces_inward():
     strokes = ball()
-    sides = [((0, -1, 0), np.roll([1.0, 0, 0], axis) * sign) for axis in (0, 2) for sign in (1, -1)]
-    sides += [((0, 0, 1), (0, sign, 0)) for sign in (1, -1)]
     cameras = [
-        bg.Camera.look_at((0, 0, 0), side, width=96, height=96, fov_y=1.7, up=up) for up, side in sides
+        bg.Camera.look_at((0, 0, 0), side, width=96, height=96, fov_y=1.7, up=np.roll(side, 1))
+        for side in (*np.eye(3), *-np.eye(3))
     ]
     assert np.mean(np.einsum("ki,ki->k", stroke_normals(strokes, cameras), strokes.means) < -0.9) > 0.97
 
@@ -107,18 +85,16 @@ def test_a_ball_seen_from_its_middle_faces_inward():
 
 @pytest.fixture(scope="module")
 def lit():
+    """Lamps, and the strokes of the still life as if its own lamp had stood there."""
+    rng = np.random.default_rng(0)
+    parts = list(bodies(6000, rng))
+    whole = joined([cast_of(body, number, rng) for number, body in enumerate(parts)])
+    seen, blockers = whole.take(whole.opacities > 1 / 255), blockers_of(parts)
     lamps = [TO_LAMP, *(lamp_at(*angles) for angles in LAMPS)]
-    scenes = [lit_scene(lamp) for lamp in lamps]
+    scenes = [seen.gaussians(baked(seen.surface, blockers, lamp)) for lamp in lamps]
     labels = group(scenes[0], 2000).labels
     strokes = [merge_clusters(scene, labels) for scene in scenes]
     return lamps, [replace(one, sh=one.sh[:, :1]) for one in strokes]
-
-
-def relit_from(lit, first: int):
-    """Each other lamp: strokes relit to it, and true ones."""
-    lamps, strokes = lit
-    light = KeyLight.of(strokes[first], front_views(), place_of(strokes[first]), lit_by=lamps[first])
-    return [(light.lit(lamp), true) for n, (lamp, true) in enumerate(zip(*lit, strict=True)) if n != first]
 
 
 @pytest.mark.parametrize("first", [0, 4])
@@ -131,22 +107,21 @@ def test_strokes_relit_from_one_lamp_to_seven_others_look_like_true_ones(lit, fi
     def psnr(one, other):
         return -10 * np.log10(((picture(one) - picture(other)) ** 2).mean())
 
-    pairs = relit_from(lit, first)
-    after = np.array([psnr(*pair) for pair in pairs])
-    before = np.array([psnr(lit[1][first], true) for _, true in pairs])
+    lamp, strokes = lit[0][first], lit[1][first]
+    light = KeyLight.of(strokes, front_views(), place_of(strokes), lit_by=lamp)
+    others = [pair for n, pair in enumerate(zip(*lit, strict=True)) if n != first]
+    after = np.array([psnr(light.lit(other), true) for other, true in others])
     assert after.mean() >= 26
     assert after.min() >= 24
-    assert (after > before + 2).all()
-    lamps, strokes = lit
-    light = KeyLight.of(strokes[first], front_views(), place_of(strokes[first]), lit_by=lamps[first])
-    assert np.abs(light.colors(lamps[first]) - base_colors(strokes[first].sh)).max() < 1e-6  # its own lamp
+    assert (after > np.array([psnr(strokes, true) for _, true in others]) + 2).all()
+    assert np.abs(light.colors(lamp) - base_colors(strokes.sh)).max() < 1e-6  # its own lamp
 
 
 # A capture, whose light is unknown
 
 
 @cache
-def lit_ball(color=(0.5, 0.5, 0.5)) -> KeyLight:
+def lit_ball(color: float = 0.5) -> KeyLight:
     strokes = ball(color=color)
     return KeyLight.of(strokes, views_around(strokes), place_of(strokes))
 
@@ -172,15 +147,13 @@ def test_a_scene_that_is_lit_already_is_not_lit_twice():
     gained, first = lightness(again.lit(lamp)).std() - lightness(once).std(), lightness(once).std()
     assert gained < 0.4 * first
     other = lamp_at(140, 40)
-    assert (
-        lightness(again.lit(other))[once.means @ other > 0.7].mean()
-        > lightness(once)[once.means @ other > 0.7].mean() + 0.05
-    )
+    shaded = once.means @ other > 0.7
+    assert lightness(again.lit(other))[shaded].mean() > lightness(once)[shaded].mean() + 0.05
 
 
 @pytest.mark.parametrize(("value", "low", "high"), [(0.97, 0.75, 0.99), (0.03, 0.005, 0.12)])
 def test_white_does_not_burn_out_and_black_stays_readable(value, low, high):
-    colors = lit_ball((value, value, value)).colors(lamp_at(-40, 40))
+    colors = lit_ball(value).colors(lamp_at(-40, 40))
     assert colors.min() > low
     assert oklab_of(colors)[:, 0].max() < 0.995
     assert colors.mean() < high
@@ -190,17 +163,14 @@ def test_a_body_shades_what_lies_behind_it():
     big, small = ball(900), ball(200, center=(2.2, 0.0, 0.0), radius=0.4)
     both = big + small
     light = KeyLight.of(both, views_around(both), place_of(both))
-    behind = light.key(np.array([-1.0, 0.0, 0.0]))[900:]
-    free = light.key(np.array([1.0, 0.0, 0.0]))[900:]
+    behind, free = (light.key(np.array([x, 0.0, 0.0]))[900:] for x in (-1, 1))
     assert behind.max() < 0.35 * free.max()
 
 
 def test_walls_keep_no_light_off_a_room():
-    room = ball(1500)
-    table = ball(300, radius=0.2)
+    room, table = ball(1500), ball(300, radius=0.2)
     both = room + table
-    inside = [bg.Camera.look_at((0.6, 0, 0), (-1, 0, 0), width=96, height=96, fov_y=2.0)]
-    inside += [bg.Camera.look_at((-0.6, 0, 0), (1, 0, 0), width=96, height=96, fov_y=2.0)]
+    inside = [bg.Camera.look_at((x, 0, 0), (-x, 0, 0), width=96, height=96, fov_y=2.0) for x in (0.6, -0.6)]
     lamp = np.array([0.6, -0.8, 0.0])
     outdoor, indoor = (
         KeyLight.of(both, inside, place_of(both), is_inside=is_inside).key(lamp)

@@ -5,7 +5,7 @@ import pytest
 
 from brushgs.passes.color.color_space import Space
 from brushgs.passes.color.recolor import Palette, monge_kantorovich, recolor
-from brushgs.passes.reduce.contribution import projected_areas
+from brushgs.passes.reduce.contribution import paint_of
 from brushgs.values.sh import sh_basis
 from tests.kit.for_each import for_each
 from tests.passes.scenes import colors_of, random_gaussians, replaced, with_colors
@@ -21,16 +21,15 @@ def scene(num=4000, degree=0, dtype=np.float32):
     return with_colors(replaced(strokes, sh=0.03 * strokes.sh), base).astype(dtype)
 
 
-def painting(seed=1):
+def painting():
     """A picture of four paints in uneven shares."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(1)
     paints = np.array([[0.1, 0.15, 0.45], [0.2, 0.45, 0.75], [0.85, 0.85, 0.5], [0.05, 0.05, 0.2]])
     which = rng.choice(4, size=(60, 80), p=(0.3, 0.3, 0.15, 0.25))
     return np.clip(paints[which] + rng.normal(0, 0.02, (60, 80, 3)), 0, 1).astype(np.float32)
 
 
-def paint_weights(gaussians):
-    return gaussians.opacities * projected_areas(gaussians.scales)
+PALETTE = Palette.of_image(painting())
 
 
 @for_each("space", SPACES)
@@ -39,7 +38,7 @@ def test_at_full_strength_mean_and_covariance_are_the_paintings(space, weights):
     before, palette = scene(), Palette.of_image(painting(), space=space)
     given = np.ones(len(before)) if weights == "equal" else None
     after = recolor(before, palette, weights=given)
-    by = paint_weights(before) if given is None else given
+    by = paint_of(before) if given is None else given
     found = Palette.of_colors(colors_of(after), by, space=space)
     np.testing.assert_allclose(found.mean, palette.mean, atol=1e-6)
     np.testing.assert_allclose(found.covariance, palette.covariance, atol=1e-6)
@@ -55,14 +54,12 @@ def test_strength_goes_evenly_from_the_scene_to_the_painting():
 def first_order_error(space, size):
     """Median distance of seen colors from the exactly mapped ones, with bands of `size` times the usual."""
     before, palette = scene(degree=3, dtype=np.float64), Palette.of_image(painting(), space=space)
-    sh = before.sh.copy()
-    sh[:, 1:] *= size
-    before = replaced(before, sh=sh)
+    before = replaced(before, sh=before.sh * np.r_[1, np.full(15, size)][:, None])
     after = recolor(before, palette)
     basis = sh_basis(np.array([[0.36, -0.48, 0.8]]), 3)[0]
     seen_before = colors_of(before) + np.einsum("k,nkc->nc", basis[1:], before.sh[:, 1:])
     seen_after = colors_of(after) + np.einsum("k,nkc->nc", basis[1:], after.sh[:, 1:])
-    own = Palette.of_colors(colors_of(before), paint_weights(before), space=space)
+    own = Palette.of_colors(colors_of(before), paint_of(before), space=space)
     matrix = monge_kantorovich(own.covariance, palette.covariance)
     there = Space(space)
     exact = there.back((there.to(seen_before) - own.mean) @ matrix.T + palette.mean)
@@ -81,7 +78,7 @@ def test_view_dependent_colors_follow_the_same_map(space):
 
 def test_of_all_maps_the_one_of_least_motion_is_taken():
     # Equal covariances ask for no motion at all; a scaled one for that scaling.
-    covariance = Palette.of_image(painting()).covariance
+    covariance = PALETTE.covariance
     np.testing.assert_allclose(monge_kantorovich(covariance, covariance), np.eye(3), atol=1e-9)
     np.testing.assert_allclose(monge_kantorovich(covariance, 4 * covariance), 2 * np.eye(3), atol=1e-9)
 
@@ -105,12 +102,9 @@ def test_transparent_parts_of_a_painting_do_not_count():
 @for_each(
     ("call", "sentence"),
     [
-        (lambda: recolor(scene(9), Palette.of_image(painting()), 70), "for 70 % write 0.7"),
-        (lambda: recolor(scene(9), Palette.of_image(painting()), -0.1), r"strength must be in \[0, 1\]"),
-        (
-            lambda: recolor(scene(9), Palette.of_image(painting()), weights=np.ones(3)),
-            "weights must have shape",
-        ),
+        (lambda: recolor(scene(9), PALETTE, 70), "for 70 % write 0.7"),
+        (lambda: recolor(scene(9), PALETTE, -0.1), r"strength must be in \[0, 1\]"),
+        (lambda: recolor(scene(9), PALETTE, weights=np.ones(3)), "weights must have shape"),
         (lambda: Palette.of_image(np.ones((2, 2, 7))), "1 to 4 channels, got 7"),
         (lambda: Palette.of_image(np.zeros((2, 2, 4))), "a weight above zero, got none"),
         (lambda: Palette.of_image(np.zeros((0, 2, 3))), "a weight above zero, got none"),

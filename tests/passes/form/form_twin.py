@@ -1,6 +1,6 @@
 """Strokes turned along the form in NumPy: what `brushgs.passes.form.neighborhood` has from the core."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -74,7 +74,7 @@ class Neighborhood:
         bends = np.einsum("nki,nji->nkj", facing[:, :, None] * others, planes.axes[:, :2])
         bends -= np.einsum("nk,nkj->nj", self.weights, bends)[:, None]
         moments = np.einsum("nk,nki,nkj->nij", self.weights, bends, bends)
-        most, bend = unit_pairs(np.stack([moments[:, 0, 0] - moments[:, 1, 1], 2 * moments[:, 0, 1]], axis=1))
+        most, bend = _main_axes(moments)
         return -most * (bend / (bend + HALF_BEND))[:, None]
 
     def turned(self, pairs, weights, say=0.0, aspects=ASPECT, marked=0.0, headings=HEADING):
@@ -133,10 +133,14 @@ def _put(target, order, columns):
     np.put_along_axis(target, order, np.stack(columns, axis=1).astype(target.dtype), axis=1)
 
 
+def _main_axes(matrices):
+    xx, xy, yy = matrices[:, 0, 0], matrices[:, 0, 1], matrices[:, 1, 1]
+    return unit_pairs(np.stack([xx - yy, 2 * xy], axis=1))
+
+
 def surface(planes, gaussians):
     """Pairs [n, 2] along lines of equal color, and along the extent of the surface."""
-    near = Near.of(gaussians, planes.means)
-    weights, offsets, reach, colors = near.around()
+    weights, offsets, reach, colors = near(gaussians, planes.means)
     offsets -= np.einsum("nk,nki->ni", weights, offsets)[:, None]
     colors -= np.einsum("nk,nkc->nc", weights, colors)[:, None]
     flat = offsets @ planes.axes.transpose(0, 2, 1)  # along, across, off the plane
@@ -146,62 +150,37 @@ def surface(planes, gaussians):
     xy = moments[:, 0, 1]
     slopes = _solved(xx, xy, yy, weighted[:, :, :2].transpose(0, 2, 1) @ colors)
     products = slopes @ slopes.transpose(0, 2, 1)
-    across, contrast = unit_pairs(
-        np.stack([products[:, 0, 0] - products[:, 1, 1], 2 * products[:, 0, 1]], axis=1)
-    )
+    across, contrast = _main_axes(products)
     with np.errstate(over="ignore"):
         sizes = np.minimum(planes.sizes / reach, FARTHEST)
     steps = np.sqrt(contrast) * sizes  # of color, across the stroke
-    long, difference = unit_pairs(np.stack([xx - yy, 2 * xy], axis=1))
+    long, difference = _main_axes(moments)
     widest, narrow = 0.5 * (xx + yy + difference), 0.5 * (xx + yy - difference)
     is_long = ramp(difference / np.maximum(widest, LEAST_SPREAD), *IS_LONG)
     is_flat = 1 - np.minimum(zz / np.maximum(narrow, LEAST_SPREAD), 1)
     return -across * (steps / (steps + HALF_STEP))[:, None], long * (is_long * is_flat)[:, None]
 
 
-@dataclass(frozen=True, eq=False)
-class Near:
-    places: np.ndarray
-    distances: np.ndarray
-    found: np.ndarray
-    points: np.ndarray
-    radius: float
-    shares: np.ndarray
-    sh: np.ndarray
-
-    @classmethod
-    def of(cls, gaussians, means):
-        paint = paint_of(gaussians)
-        rank = int((1 - SURFACE) * len(paint))
-        rows = np.flatnonzero(paint >= np.partition(paint, rank)[rank])
-        center, radius = robust_frame(gaussians.means)
-        points, places = (
-            np.clip((x - center) / radius, -FARTHEST, FARTHEST) for x in (gaussians.means[rows], means)
-        )
-        distances, found = nearest(points, places, min(NUM_NEAR, len(rows)))
-        shares = np.sqrt(paint[rows] / max(float(paint.max()), np.finfo(np.float64).tiny))
-        return cls(places, distances, found, points, radius, shares, gaussians.sh[rows])
-
-    def around(self):
-        places, distances, found = self.places, self.distances, self.found
-        reach = np.where(distances[:, -1] > 0, distances[:, -1], 1.0)
-        weights = (1 - (distances / reach[:, None]) ** 2) ** 2 * self.shares[found]
-        totals = weights.sum(axis=1, keepdims=True)
-        weights /= np.where(totals > 0, totals, 1.0)
-        used, local = np.unique(found, return_inverse=True)
-        colors = Space("lab").to(base_colors(self.sh[used]))[local.reshape(found.shape)]
-        offsets = (self.points[found] - places[:, None]) / reach[:, None, None]
-        return weights, offsets, reach * self.radius, colors
+def near(gaussians, means):
+    """Of the nearest Gaussians that have paint: weights, offsets in reaches, reaches and colors."""
+    paint = paint_of(gaussians)
+    rank = int((1 - SURFACE) * len(paint))
+    rows = np.flatnonzero(paint >= np.partition(paint, rank)[rank])
+    center, radius = robust_frame(gaussians.means)
+    both = gaussians.means[rows], means
+    points, places = (np.clip((x - center) / radius, -FARTHEST, FARTHEST) for x in both)
+    distances, found = nearest(points, places, min(NUM_NEAR, len(rows)))
+    shares = np.sqrt(paint[rows] / max(float(paint.max()), np.finfo(np.float64).tiny))
+    reach = np.where(distances[:, -1] > 0, distances[:, -1], 1.0)
+    weights = (1 - (distances / reach[:, None]) ** 2) ** 2 * shares[found]
+    totals = weights.sum(axis=1, keepdims=True)
+    weights /= np.where(totals > 0, totals, 1.0)
+    offsets = (points[found] - places[:, None]) / reach[:, None, None]
+    return weights, offsets, reach * radius, Space("lab").to(base_colors(gaussians.sh[rows]))[found]
 
 
 def _solved(xx, xy, yy, sides):
     more = FLATNESS * (xx + yy) + LEAST_SPREAD
-    xx, yy = xx + more, yy + more
-    scaled = np.stack(
-        [
-            yy[:, None] * sides[:, 0] - xy[:, None] * sides[:, 1],
-            xx[:, None] * sides[:, 1] - xy[:, None] * sides[:, 0],
-        ],
-        axis=1,
-    )
-    return np.asarray(scaled / (xx * yy - xy * xy)[:, None, None])
+    xx, xy, yy = (xx + more)[:, None], xy[:, None], (yy + more)[:, None]
+    scaled = yy * sides[:, 0] - xy * sides[:, 1], xx * sides[:, 1] - xy * sides[:, 0]
+    return np.stack(scaled, axis=1) / (xx * yy - xy * xy)[:, None]

@@ -1,6 +1,7 @@
 """Strokes turned along the form: the core against NumPy."""
 
 import numpy as np
+import pytest
 
 import brushgs as bg
 from brushgs.formats.guides import Guides
@@ -37,11 +38,12 @@ SCENES["few"] = lambda: (random_gaussians(3), random_gaussians(2))
 @for_each("scene", SCENES)
 @for_each("name", FIELDS)
 @for_each("dtype", [np.float32, np.float64])
-def test_strokes_are_turned_as_by_the_twin(scene, name, dtype, monkeypatch):
+def test_strokes_are_turned_as_by_the_twin(scene, name, dtype):
     strokes, gaussians = (some.astype(dtype) for some in SCENES[scene]())
     found = bg.orient(strokes, gaussians, FIELDS[name])
-    monkeypatch.setattr(orient, "Neighborhood", form_twin.Neighborhood)
-    expected = bg.orient(strokes, gaussians, FIELDS[name])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(orient, "Neighborhood", form_twin.Neighborhood)
+        expected = bg.orient(strokes, gaussians, FIELDS[name])
     tolerance = 2e-6 if dtype == np.float32 else 1e-9
     np.testing.assert_allclose(found.scales, expected.scales, rtol=tolerance)
     np.testing.assert_allclose(found.quats, expected.quats, rtol=0, atol=tolerance)

@@ -12,16 +12,16 @@ from tests.passes.form.planks import long_axes, planks
 from tests.passes.scenes import assert_same
 
 
-def stripes(angle, height=120, width=160, period=6.0, channels=3):
+def stripes(angle, height=120, width=160):
     """A picture of stripes that run at an angle from +x towards +y."""
     y, x = np.mgrid[:height, :width]
-    wave = 0.5 + 0.4 * np.sin((x * np.sin(angle) - y * np.cos(angle)) * 2 * np.pi / period)
-    return np.repeat(wave[..., None], channels, axis=2).astype(np.float32)
+    wave = 0.5 + 0.4 * np.sin((x * np.sin(angle) - y * np.cos(angle)) * np.pi / 3)
+    return np.repeat(wave[..., None], 3, axis=2).astype(np.float32)
 
 
-def camera_above(width=160, height=120, **kwargs):
+def camera_above(eye=(0, 0, -3), target=(0, 0, 0), width=160, height=120):
     """Looks down on the planks: +x is right, +y is down in the picture."""
-    return bg.Camera.look_at((0, 0, -3), (0, 0, 0), (0, -1, 0), width=width, height=height, **kwargs)
+    return bg.Camera.look_at(eye, target, (0, -1, 0), width=width, height=height)
 
 
 def grey(uv):
@@ -65,11 +65,10 @@ def test_the_painting_fills_the_picture_and_is_cropped_to_its_centre():
 def test_strokes_outside_the_picture_or_behind_the_camera_keep_the_form():
     strokes, gaussians = planks()
     form = bg.orient(strokes, gaussians)
-    aside = bg.Camera.look_at((9, 0, -3), (9, 0, 0), (0, -1, 0), width=160, height=120)
-    away = bg.Camera.look_at((0, 0, -3), (0, 0, -6), (0, -1, 0), width=160, height=120)
-    beside = bg.Camera.look_at((-3, 0, 0), (0, 0, 0), (0, -1, 0), width=160, height=120)  # edge-on
-    for camera in (aside, away, beside):
-        assert_same(bg.orient(strokes, gaussians, Marks.of_image(stripes(1.0), camera)), form)
+    beside, away, edge_on = ((9, 0, -3), (9, 0, 0)), ((0, 0, -3), (0, 0, -6)), ((-3, 0, 0), (0, 0, 0))
+    for view in (beside, away, edge_on):
+        marks = Marks.of_image(stripes(1.0), camera_above(*view))
+        assert_same(bg.orient(strokes, gaussians, marks), form)
 
 
 @for_each(

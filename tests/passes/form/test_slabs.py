@@ -103,8 +103,7 @@ def test_shortened_strokes_keep_their_rows_and_their_width():
 
 
 def test_small_strokes_no_strokes_and_no_views_change_nothing():
-    strokes = with_small(((0, 0, 0), (0.6, 0.04, 0.01)))
-    small = with_small()
+    strokes, small = with_small(((0, 0, 0), (0.6, 0.04, 0.01))), with_small()
     found, rows = cut_slabs(small, [CAMERA])
     assert found is small
     np.testing.assert_array_equal(rows, np.arange(len(small)))

@@ -21,8 +21,7 @@ IS_RED = np.repeat(np.arange(SIDE) >= SIDE // 2, SIDE)  # the right half
 
 def plane() -> bg.Gaussians:
     """Strokes along x on the plane z = 0, the left half grey and the right half red."""
-    x, y = np.meshgrid(np.arange(SIDE), np.arange(SIDE), indexing="ij")
-    means = np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1) * STEP
+    means = np.column_stack([*np.indices((SIDE, SIDE)).reshape(2, -1), np.zeros(SIDE * SIDE)]) * STEP
     return gaussians_at(means, (0.05, 0.025, 0.001), np.where(IS_RED[:, None], RED, GREY), opacity=1)
 
 
@@ -55,10 +54,9 @@ def test_like_strokes_follow_and_others_keep_every_bit():
 
 
 def test_two_kinds_are_painted_in_two_ways():
-    both = marks_at(STROKES.means[~IS_RED][::9]) + marks_at(
-        STROKES.means[IS_RED][::9], direction=(0.6, 0.8, 0), color=(0.9, 0.9, 0.1)
-    )
-    after = continued(both)
+    yellow = {"direction": (0.6, 0.8, 0), "color": (0.9, 0.9, 0.1)}
+    places = STROKES.means[~IS_RED][::9], STROKES.means[IS_RED][::9]
+    after = continued(marks_at(places[0]) + marks_at(places[1], **yellow))
     along = Planes.of(after).axes[:, 0]
     assert np.median(np.abs(along[IS_RED] @ (0.6, 0.8, 0))) > np.cos(np.radians(5))
     assert np.median(np.abs(along[~IS_RED] @ (0, 1, 0))) > np.cos(np.radians(5))
@@ -81,8 +79,7 @@ def test_scarce_and_equal_marks_give_finite_strokes(marks):
     for name in STROKES.columns():
         assert np.isfinite(getattr(after, name)).all()
     ratio = after.scales / STROKES.scales
-    assert ratio.min() >= 0.69
-    assert ratio.max() <= 2.01
+    assert 0.69 <= ratio.min() <= ratio.max() <= 2.01
     np.testing.assert_array_equal(after.sh[IS_RED], STROKES.sh[IS_RED])
 
 

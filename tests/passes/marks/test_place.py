@@ -41,9 +41,10 @@ def points(view: Camera) -> F64:
     return np.asarray(view.position + distance[..., None] * rays)
 
 
-def depth_of(view: Camera) -> F64:
-    found = points(view) @ view.viewmat[2, :3] + view.viewmat[2, 3]
-    return np.asarray(np.nan_to_num(found))
+def plain(view: Camera) -> Frame:
+    """The ball."""
+    depth = np.nan_to_num(points(view) @ view.viewmat[2, :3] + view.viewmat[2, 3])
+    return Frame(np.zeros((HEIGHT, WIDTH, 3)), (depth > 0) * 1.0, depth)
 
 
 def layer_of(*lines) -> F64:
@@ -74,9 +75,7 @@ NOTHING = gaussians_at(np.zeros((0, 3)), 1, dtype=np.float32)
 
 
 def below() -> Below:
-    view = camera()
-    depth = depth_of(view)
-    return Below.of(view, Frame(np.zeros((HEIGHT, WIDTH, 3)), (depth > 0) * 1.0, depth), DISTANCE)
+    return Below.of(camera(), plain(camera()), DISTANCE)
 
 
 def drawn(marks: Marks, view: Camera) -> Frame:
@@ -135,26 +134,21 @@ def test_strokes_are_cut_along_what_is_erased(degrees):
     layer, here = layer_of(THICK[0]), camera(degrees)
     erased = erased_of_area(layer[..., 3] >= 0.5, below())
     means = on_sphere(2000)
-    normals = np.concatenate([np.ones((2000, 1)), np.zeros((2000, 3))], axis=1)
-    strokes = gaussians_at(means, 0.1, opacity=1, quats=normals)
+    strokes = gaussians_at(means, 0.1, opacity=1)
     cut = cut_of(strokes, erased)
-    depth = depth_of(here)
-    share = cut.seen(here, Frame(np.zeros((HEIGHT, WIDTH, 3)), (depth > 0) * 1.0, depth))
+    share = cut.seen(here, plain(here))
     wanted = as_seen(layer[..., 3], here) >= 0.5
     assert (share > 0.5)[wanted].mean() >= 0.99
     assert not (share > 0.5)[~ndimage.binary_dilation(wanted, iterations=5)].any()
     assert cut.inside[cut.touching].any()
-    behind = means @ camera().viewmat[2, :3] > 0.5
-    assert not cut.touching[behind].any()
+    assert not cut.touching[means @ camera().viewmat[2, :3] > 0.5].any()  # behind
 
 
 @for_each("degrees", [-25, 0, 25])
 def test_later_paint_lies_over_earlier_on_the_same_surface(degrees):
     red, blue = (0.9, 0, 0), (0, 0, 0.9)
-    layers = [
-        layer_of(((70, 90), (170, 90), 24.0, red, 1.0)),
-        layer_of(((120, 50), (120, 130), 24.0, blue, 1.0)),
-    ]
+    lines = ((70, 90), (170, 90), 24.0, red, 1.0), ((120, 50), (120, 130), 24.0, blue, 1.0)
+    layers = [layer_of(line) for line in lines]
     crossing = (layers[0][..., 3] > 0.9) & (layers[1][..., 3] > 0.9)
     for first, second, color in ((*layers, blue), (*layers[::-1], red)):
         shown = drawn(marks_of(first) + marks_of(second), camera(degrees))

@@ -18,16 +18,11 @@ def turn(axis, angle):
 
 def moved(gaussians, quat, shift, *, size=1.0, around=(0, 0, 0)):
     """Gaussians moved as one rigid body, in the dtype of theirs: an independent definition of a motion."""
-    R = rotation_matrices(np.array([quat]))[0]
-    means = (gaussians.means.astype(float) - around) @ R.T * size + around + shift
-    quats = quat_products(np.tile(quat, (len(gaussians), 1)), gaussians.quats)
-    dtype = gaussians.means.dtype
-    return replace(
-        gaussians,
-        means=means.astype(dtype),
-        quats=quats.astype(dtype),
-        scales=(gaussians.scales * size).astype(dtype),
-    )
+    R, before = rotation_matrices(np.array([quat]))[0], gaussians.astype(np.float64)
+    means = (before.means - around) @ R.T * size + around + shift
+    quats = quat_products(np.tile(quat, (len(before), 1)), before.quats)
+    after = replace(before, means=means, quats=quats, scales=before.scales * size)
+    return after.astype(gaussians.means.dtype)
 
 
 def joined(*parts):
@@ -43,6 +38,5 @@ def clip(sample, duration=1.0, **columns):
 def blob(n, seed=0, at=(0, 0, 0), *, dtype=np.float64, spread=1.0, size=0.1):
     """Gaussians of one thing, well visible."""
     found = random_gaussians(n, seed, spread=spread, size=size)
-    return replace(
-        found, means=found.means + at, opacities=0.5 + 0.5 * found.opacities, sh=0.2 * found.sh
-    ).astype(dtype)
+    found = replace(found, means=found.means + at, opacities=0.5 + 0.5 * found.opacities, sh=0.2 * found.sh)
+    return found.astype(dtype)

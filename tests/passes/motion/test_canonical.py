@@ -32,9 +32,8 @@ def test_rows_that_come_later_are_taken_when_half_of_them_is_there():
 
     found = canonical(clip(at), TIMES)
     np.testing.assert_allclose(found.references, np.where(comes, 0.5, 0))
-    np.testing.assert_allclose(
-        found.gaussians.means, body.means + np.where(comes, 0.5, 0)[:, None] * (1, 0, 0)
-    )
+    expected = body.means + np.outer(np.where(comes, 0.5, 0), (1, 0, 0))
+    np.testing.assert_allclose(found.gaussians.means, expected)
     np.testing.assert_allclose(found.gaussians.opacities, body.opacities * np.where(comes, 0.5, 1))
 
 
@@ -49,9 +48,8 @@ def test_rows_that_are_never_visible_are_left_out_and_those_that_rest_are_not_lo
 
 def test_features_are_distances_in_radii_of_the_scene():
     body = blob(200)
-    lengths = contracted(body.means)[1][:, 0]
     speeds = np.zeros((200, 3))
-    speeds[50:100, 0] = 0.2 / lengths[50:100]
+    speeds[50:100, 0] = 0.2 / contracted(body.means)[1][50:100, 0]
     found = canonical(clip(lambda time: replace(body, means=body.means + time * speeds)), TIMES)
     apart = np.linalg.norm(found.features[50:100] - found.features[0], axis=1)
     np.testing.assert_allclose(apart, MOTION_WEIGHT * 0.2 * np.sqrt((TIMES**2).mean()), rtol=1e-4)
@@ -70,9 +68,8 @@ def test_where_a_row_is_not_visible_it_is_at_the_nearest_place_where_it_is():
         return joined(rest, replace(away, opacities=body.opacities * (not gone)))
 
     found = canonical(clip(at), TIMES)
-    life = LIFE_WEIGHT * np.sqrt(5 / 11)
     apart = np.linalg.norm(found.features[:100] - found.features[100:], axis=1)
-    np.testing.assert_allclose(apart, life, rtol=1e-3)
+    np.testing.assert_allclose(apart, LIFE_WEIGHT * np.sqrt(5 / 11), rtol=1e-3)
 
 
 def test_a_long_clip_is_looked_at_a_few_times_and_a_short_one_once_or_twice():

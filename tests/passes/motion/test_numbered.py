@@ -23,7 +23,6 @@ from tests.kit.configs import without_look
 NUM, RATE, START, MOMENTS = 2000, 24, 1.3, 8  # while the pear rolls
 STROKES = 300
 STROKES_OF_PEAR = 500  # of which some five to ten have nothing but the pear, on whatever machine
-KINDS = "permuted", "resampled"
 CONFIG = without_look("dry_brush", STROKES, (96, 72), view={"up": (0, -1, 0)})
 
 
@@ -55,7 +54,7 @@ class Export:
         return replace(gaussians, means=means.astype(np.float32), scales=scales.astype(np.float32), sh=sh)
 
 
-@pytest.fixture(scope="module", params=KINDS)
+@pytest.fixture(scope="module", params=("permuted", "resampled"))
 def export(request, tmp_path_factory):
     return Export(tmp_path_factory.mktemp("numbered") / request.param, request.param)
 
@@ -92,9 +91,7 @@ def test_strokes_travel_with_the_pear(export):
     standard deviation on either side of its middle, the shorter one that is seen.
     """
     times = np.arange(MOMENTS) / RATE
-    scene = MovingScene(
-        times[-1], False, lambda time: export.moment(int(np.abs(times - time).argmin())), times=times
-    )
+    scene = MovingScene(times[-1], False, lambda time: export.moment(round(time * RATE)), times=times)
     members = scene.at(0)
     members = replace(members, ids=np.arange(len(members), dtype=np.int32))
     grouping = group(members, STROKES_OF_PEAR)

@@ -13,7 +13,7 @@ def quats_from(rotations):
     return np.atleast_2d(rotations.as_quat(scalar_first=True))
 
 
-def motion_of(before, after, turns=ONE, *, balls=(1e-9, 1e-9), last=ONE, since=np.inf):
+def motion_of(before, after, turns=ONE, *, balls=(1e-9, 1e-9), since=np.inf):
     """The quaternion and the growth of one body of equal members."""
     num = len(before)
     quats, growths = rigid_motions(
@@ -23,7 +23,7 @@ def motion_of(before, after, turns=ONE, *, balls=(1e-9, 1e-9), last=ONE, since=n
         after - after.mean(axis=0),
         (np.full(num, balls[0]), np.full(num, balls[1])),
         np.broadcast_to(turns, (num, 4)),
-        last,
+        ONE,
         since,
     )
     return quats[0], growths[0]

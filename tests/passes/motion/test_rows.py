@@ -23,12 +23,6 @@ def followed(scene, labels, times=TIMES):
     return strokes, follow_rows(scene, times, strokes, members, labels)
 
 
-def drawn_alike(actual, expected, tolerance):
-    """Whether two sets of Gaussians lie at the same places in the same shapes."""
-    np.testing.assert_allclose(actual.means, expected.means, atol=tolerance)
-    np.testing.assert_allclose(covariances(actual), covariances(expected), atol=tolerance)
-
-
 @for_each("dtype", [np.float32, np.float64])
 @for_each("num", [1, 2, 40])
 def test_strokes_of_a_rigid_body_follow_it(dtype, num):
@@ -40,7 +34,9 @@ def test_strokes_of_a_rigid_body_follow_it(dtype, num):
     strokes, motion = followed(clip(at), np.arange(num) % 4)
     for position, time in enumerate(TIMES):
         expected = moved(strokes, turn((1, 2, 3), 2.5 * time), (time, 0, -3 * time**2), size=1 + time)
-        drawn_alike(motion.pose(position).moved(strokes), expected, 1e-5)
+        found = motion.pose(position).moved(strokes)
+        np.testing.assert_allclose(found.means, expected.means, atol=1e-5)
+        np.testing.assert_allclose(covariances(found), covariances(expected), atol=1e-5)
 
 
 def test_what_teleports_is_there_at_once_and_nothing_else_moves():
@@ -101,12 +97,8 @@ def test_degenerate_members_give_finite_motions():
     """Points in one place, unseen ones, and some far away."""
     body = joined(blob(4), blob(4), blob(4, 1, (1e7, 0, 0)), blob(4, 2))
     labels, is_point = np.repeat(np.arange(4), 4), np.repeat([0, 1, 1, 1], 4)[:, None]
-    body = replace(
-        body,
-        means=body.means * is_point,
-        scales=body.scales * is_point,
-        opacities=body.opacities * np.repeat([1, 0, 1, 1], 4),
-    )
+    body = replace(body, means=body.means * is_point, scales=body.scales * is_point)
+    body = replace(body, opacities=body.opacities * np.repeat([1, 0, 1, 1], 4))
     for dtype in (np.float32, np.float64):
         scene = clip(lambda t, dtype=dtype: moved(body.astype(dtype), turn((0, 0, 1), 1e-3 * t), (t, 0, 0)))
         members = replace(scene.at(0), ids=np.arange(16, dtype=np.int32))
@@ -123,10 +115,8 @@ def test_degenerate_members_give_finite_motions():
 def test_blocks_of_strokes_give_the_same_bits(monkeypatch):
     from brushgs.passes.motion import rows
 
-    body = blob(200)
-    rng = np.random.default_rng(0)
-    speeds = rng.normal(size=(200, 3))
-    lives = rng.uniform(size=200)
+    body, rng = blob(200), np.random.default_rng(0)
+    speeds, lives = rng.normal(size=(200, 3)), rng.uniform(size=200)
 
     def at(time):
         return replace(body, means=body.means + time * speeds, opacities=body.opacities * (time <= lives))
@@ -135,6 +125,5 @@ def test_blocks_of_strokes_give_the_same_bits(monkeypatch):
     monkeypatch.setattr(rows, "MEMBERS_AT_A_TIME", 16)
     monkeypatch.setattr(rows, "NUMBERS_AT_A_TIME", 500)
     _, parts = followed(clip(at), np.arange(200) % 30)
-    np.testing.assert_array_equal(whole.table, parts.table)
-    np.testing.assert_array_equal(whole.pivots, parts.pivots)
-    np.testing.assert_array_equal(whole.ids, parts.ids)
+    for name in ("table", "pivots", "ids"):
+        np.testing.assert_array_equal(getattr(whole, name), getattr(parts, name))

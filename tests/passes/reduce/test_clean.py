@@ -7,9 +7,8 @@ import brushgs as bg
 from brushgs.core.native import core as _core
 from brushgs.passes.reduce.clean import find_floaters
 from tests.doctor.scenes import ball
-from tests.kit.for_each import for_each
 from tests.passes.reduce.test_floaters import blobs, joined
-from tests.passes.scenes import replaced
+from tests.passes.scenes import assert_same, replaced
 
 SPECKS = blobs([(0, 2.5, 0), (2.5, 0, 0)], 0.1)  # far from the ball
 FUZZ = blobs((0, 0, 1.1), 0.003)  # hovers close above it
@@ -18,18 +17,14 @@ FUZZ = blobs((0, 0, 1.1), 0.003)  # hovers close above it
 def test_sure_floaters_go_and_the_others_keep_their_order():
     scene = joined(ball(), SPECKS, FUZZ)
     order = np.random.default_rng(1).permutation(len(scene))
-    cleaned = bg.clean(scene.take(order))
     kept = order[~np.isin(order, [len(ball()), len(ball()) + 1])]
-    np.testing.assert_array_equal(cleaned.means, scene.means[kept])
-    np.testing.assert_array_equal(cleaned.sh, scene.sh[kept])
+    assert_same(bg.clean(scene.take(order)), scene.take(kept))
 
 
 def test_each_level_drops_more_and_specks_too_small_to_be_seen_last():
     scene = joined(ball(), SPECKS, FUZZ)
-    dropped = {
-        floaters: len(scene) - len(bg.clean(scene, floaters)) for floaters in ("off", "sure", "strong")
-    }
-    assert dropped == {"off": 0, "sure": 2, "strong": 3}
+    for floaters, dropped in (("off", 0), ("sure", 2), ("strong", 3)):
+        assert len(bg.clean(scene, floaters)) == len(scene) - dropped
     scene = joined(ball(), blobs((0, 2.5, 0), 0.001))
     assert bg.clean(scene) is scene
     assert len(bg.clean(scene, "strong")) == len(ball())
@@ -38,17 +33,11 @@ def test_each_level_drops_more_and_specks_too_small_to_be_seen_last():
         bg.clean(scene, "all")
 
 
-def test_a_scene_of_haze_is_not_cleaned():
+def test_haze_and_too_few_to_tell_are_kept():
     scene = joined(ball(), SPECKS)
     faint = replaced(scene, opacities=scene.opacities * np.float32(0.05))
-    assert len(bg.clean(faint, "strong")) == len(faint)
-
-
-@for_each("count", [0, 1, 2, 50])
-def test_too_few_to_tell_are_kept(count):
-    scene = joined(ball(), SPECKS)
-    few = scene.take(slice(len(scene) - count, len(scene)))
-    assert bg.clean(few, "strong") is few
+    for kept in (faint, *(scene.take(slice(len(scene) - count, None)) for count in (0, 1, 2, 50))):
+        assert bg.clean(kept, "strong") is kept
 
 
 def test_copies_at_one_place_are_judged_together():

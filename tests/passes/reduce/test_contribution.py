@@ -3,9 +3,7 @@ import pytest
 from scipy.special import elliprg
 
 from brushgs.core.native import core as _core
-from brushgs.passes.extent import robust_frame
-from brushgs.passes.reduce.contribution import contributions, projected_areas, seen_areas, visible_shares
-from tests.passes.scenes import random_gaussians, replaced
+from brushgs.passes.reduce.contribution import projected_areas
 
 
 def surface(a, b, c):
@@ -20,24 +18,6 @@ def test_projected_area_is_a_quarter_of_the_surface():
     for unit in (1, 1e-120, 1e120):
         np.testing.assert_allclose(projected_areas(scales * unit) / unit / unit, expected, rtol=0.0115)
     assert projected_areas(np.zeros((1, 3)))[0] == 0
-
-
-def test_the_middle_of_a_dense_ball_is_hidden_and_its_rim_is_not():
-    scene = random_gaussians(20_000, size=0.05)
-    scene = replaced(scene, opacities=np.full(20_000, 0.9))
-    shares, radii = visible_shares(scene), np.linalg.norm(scene.means, axis=1)
-    assert shares[radii < 0.5].max() < 0.02
-    assert shares[radii > 3].min() > 0.4
-    expected = scene.opacities * seen_areas(scene) * shares
-    np.testing.assert_array_equal(contributions(scene), expected)
-    np.testing.assert_array_equal(contributions(scene, shares), expected)
-
-
-def test_robust_frame_ignores_strays():
-    means = np.concatenate([np.random.default_rng(0).uniform(-1, 1, (995, 3)), np.full((5, 3), 2e7)])
-    center, radius = robust_frame(means)
-    np.testing.assert_allclose(center, 0, atol=0.05)
-    assert 1.6 < radius < 1.8
 
 
 @pytest.mark.parametrize("reach", [0.0, 0.3, 100.0])

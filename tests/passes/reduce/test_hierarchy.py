@@ -3,7 +3,6 @@
 from itertools import pairwise
 
 import numpy as np
-import pytest
 
 from brushgs.cameras.around import small_view
 from brushgs.cameras.framing import frame_scene
@@ -14,12 +13,8 @@ from tests.scenes import still_life_of
 SCENE = still_life_of(4000)
 
 
-@pytest.fixture(scope="module")
-def grouping():
-    return group(SCENE, 800, views=[small_view(frame_scene(SCENE, width=160, height=120))])
-
-
-def test_each_cluster_lies_wholly_in_one_of_the_level_above(grouping):
+def test_each_cluster_lies_wholly_in_one_of_the_level_above():
+    grouping = group(SCENE, 800, views=[small_view(frame_scene(SCENE, width=160, height=120))])
     tree = Hierarchy.of(grouping)
     counts = [int(tree.groups(level).max()) + 1 for level in range(len(tree))]
     assert counts[-1] == grouping.num_clusters == len(tree.groups(len(tree) - 1))

@@ -3,7 +3,7 @@ import numpy as np
 from brushgs.core.native import core as _core
 from brushgs.core.threads import at_most
 from brushgs.passes.groups import Groups
-from brushgs.passes.reduce.lloyd import assign, lloyd, start
+from brushgs.passes.reduce.lloyd import assign, lloyd
 from brushgs.passes.reduce.morton import morton_order
 from tests.kit.for_each import for_each
 
@@ -155,9 +155,3 @@ def test_lloyd_is_the_same_in_any_number_of_threads():
         found = lloyd(points, np.ones(4000), 60)
     np.testing.assert_array_equal(found.labels, expected.labels)
     assert found[1:] == expected[1:]
-
-
-def test_a_start_has_no_centre_twice():
-    points = np.repeat(noise(5), 40, axis=0)
-    centers = start(points, np.ones(200), 50)
-    assert sorted(map(tuple, centers)) == sorted(map(tuple, noise(5).astype(np.float64)))

@@ -11,10 +11,9 @@ from tests.scenes import still_life_of
 VIEW = still_life_camera(width=80, height=60)
 
 
-def in_regions(scene, num, seed=0):
+def in_regions(scene, num):
     """The scene with labels that have nothing to do with places: the hardest case."""
-    regions = np.random.default_rng(seed).integers(0, num, len(scene)).astype(np.uint8)
-    return replace(scene, regions=regions)
+    return replace(scene, regions=np.random.default_rng(0).integers(0, num, len(scene), np.uint8))
 
 
 def is_pure(labels, regions):

@@ -6,7 +6,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import brushgs as bg
 from brushgs.core.native import core as _core
 from brushgs.passes.form.solid import solidify
 from brushgs.passes.reduce.clean import find_floaters
@@ -14,20 +13,31 @@ from brushgs.passes.reduce.worth import worth_keeping
 from brushgs.rendering.constants import MIN_ALPHA, MIN_TRANSMITTANCE
 from tests.doctor.scenes import ball, fruit
 from tests.kit.for_each import for_each
-from tests.passes.form.test_solid import joined, layer
 from tests.passes.reduce import floaters_twin, worth_twin
-from tests.passes.reduce.test_floaters import blobs
-from tests.passes.scenes import random_gaussians, replaced, strange_strokes
+from tests.passes.reduce.test_floaters import blobs, joined
+from tests.passes.scenes import gaussians_at, grid, random_gaussians, replaced, strange_strokes
 from tests.passes.test_moments import SCALARS, with_threads
 
 STRANGE = strange_strokes()
 AROUND = np.random.default_rng(3).normal(size=(300, 3)) * [2, 2, 2]
+UPWARD = np.outer(1 + 0.05 * np.arange(40), (0, 1, 0))
+
+
+def groups_around():
+    """Small groups, some of haze, from one Gaussian to as many as a body has."""
+    rng = np.random.default_rng(4)
+    counts = (2 ** rng.uniform(0, 7, 90)).astype(int)
+    for count, places in zip(counts, rng.uniform(-5, 5, (90, 3)), strict=True):
+        yield blobs(places + 0.1 * rng.normal(size=(count, 3)), 0.04, rng.uniform(0.02, 0.9))
+
+
 FLOATING = {
     "fruit": fruit(),
     "specks around a ball": joined(ball(), blobs(AROUND, 0.03, 0.3), blobs((0, 0, 1.1), 0.003)),
-    "faint": joined(
-        replaced(ball(), opacities=np.float32(0.02) * ball().opacities), blobs(AROUND, 0.03, 0.02)
-    ),
+    "faint": joined(replaced(ball(), opacities=0.02 * ball().opacities), blobs(AROUND, 0.03, 0.02)),
+    "groups around a ball": joined(ball(), *groups_around()),
+    "a wire on a ball": joined(ball(), blobs(UPWARD, (0.004, 0.03, 0.004))),
+    "a coarse wall beside a ball": joined(ball(), blobs(grid(16, 8.0, 9.0), (0.6, 0.6, 0.01))),
     "a cloud": random_gaussians(400, size=0.01),
 }
 
@@ -47,11 +57,18 @@ def test_floaters_are_those_of_the_twin(name, dtype):
 
 
 def test_the_scenes_of_the_twin_have_floaters_and_bodies():
-    found = {name: find_floaters(scene) for name, scene in FLOATING.items()}
-    assert found["specks around a ball"].sure.rows.sum() > 100
-    assert found["specks around a ball"].strong.rows.sum() > found["specks around a ball"].sure.rows.sum()
-    assert found["faint"].is_haze
-    assert not found["a cloud"].has_bodies
+    specks = find_floaters(FLOATING["specks around a ball"])
+    assert specks.strong.rows.sum() > specks.sure.rows.sum() > 100
+    assert find_floaters(FLOATING["faint"]).is_haze
+    assert not find_floaters(FLOATING["a cloud"]).has_bodies
+
+
+def test_solid_by_nothing_is_the_input_itself_and_strengths_out_of_range_are_refused():
+    strokes = random_gaussians(3)
+    assert solidify(strokes, 0) is strokes
+    for strength in (-0.1, 1.5, np.nan):
+        with pytest.raises(ValueError, match=r"solidify: strength must be in \[0, 1\]"):
+            solidify(strokes, strength)
 
 
 def test_copies_that_count_follow_from_what_the_renderer_sees():
@@ -61,11 +78,17 @@ def test_copies_that_count_follow_from_what_the_renderer_sees():
 def strokes_to_judge():
     """Walls, veils, fog and specks in one scene, seen in the opacities of a trained one."""
     rng = np.random.default_rng(5)
-    wall = joined(*(layer(5, opacity=0.5, size=0.7, z=0.1 * k) for k in range(2)))
+    walls = (grid(5, 2.0, z) + np.array([2, 2, 0]) for z in (0.0, 0.1))
+    wall = joined(*(gaussians_at(means, (0.7, 0.7, 0.007), opacity=0.5) for means in walls))
     places = rng.uniform(-3, 8, (100, 3)) * np.where(np.arange(100) % 3, 1, 5)[:, None]
     sizes = rng.uniform(0.05, 2, (100, 3))
-    opacities = 0.7 * rng.uniform(0, 1, 100) ** 3
-    return joined(wall, *(blobs(*one) for one in zip(places, sizes, opacities, strict=True)))
+    opacities = 0.5 * rng.uniform(0, 1, 100) ** 1.5
+    rows = np.arange(40.0)
+    veils = blobs(np.add((12, 3.5, 0), np.outer(rows, (0.01, 0, 0.001))), (0.9, 0.9, 0.01), 0.1)
+    mast = blobs(np.add((3.5, 3.5, 0), np.outer(rows[:4], (0, 0, 2))), (0.02, 0.02, 0.8), 0.5)
+    wire = blobs(np.add((0, 3.5, 30), np.outer(rows[:8], (2.5, 0, 0))), (0.8, 0.01, 0.01), 0.4)
+    others = (blobs(*one) for one in zip(places, sizes, opacities, strict=True))
+    return joined(wall, veils, mast, wire, *others)
 
 
 JUDGED = STRANGE | {"walls and fog": strokes_to_judge()}
@@ -95,10 +118,3 @@ def test_solid_strokes_are_those_of_the_twin(name, finest):
     rtol = 1e-6 if name == "needles" else 1e-9
     np.testing.assert_allclose(solid.scales, scales, rtol=rtol)
     np.testing.assert_allclose(solid.opacities, opacities, rtol=rtol)
-
-
-def test_light_passes_by_what_is_alone_and_not_through_what_is_covered():
-    """Opacity grows by the light that is stopped, o + s o (1 - o): to two coats over another stroke."""
-    over = bg.solidify(joined(layer(opacity=1.0, size=1.0), layer(1, opacity=0.5, z=0.01)))
-    assert over.opacities[-1] == pytest.approx(0.75)
-    assert bg.solidify(layer(1, opacity=0.5)).opacities[0] == pytest.approx(0.5 + 0.5 * 0.25)

@@ -16,12 +16,9 @@ def depicted(kind, height, width):
     return found
 
 
-def dead_leaves(length, width, *, short, kind="flat", jitter=0.05, seed=0, straight=False):
-    """[H, W, 3] a painting of marks of a length and a width, shares of its shorter side.
-
-    Drawn at most 1000 pixels high and enlarged, or with the marks' edges smoothed over a pixel.
-    """
-    height, columns = short, round(1.3 * short)
+def dead_leaves(length, width, *, kind="flat", jitter=0.05, seed=0, straight=False):
+    """[H, W, 3] a painting of marks of a length and a width, shares of its shorter side."""
+    height, columns, short = 512, 666, 512
     rng = np.random.default_rng(seed)
     base = depicted(kind, height, columns)
     image = np.repeat(base[..., None], 3, axis=2).astype(np.float32)

@@ -37,11 +37,10 @@ def test_styles_are_added_as_vectors_in_their_shares():
 def test_a_style_fills_the_picture_and_is_cropped_as_a_painting_is():
     half = np.zeros((10, 20, 2), np.float32)
     half[:, :10, 0], half[:, 10:, 0] = 1, -1  # level on the left, upright on the right
-    field = direction_field(
-        [(Style("a", marks=StyleMarks(0.1, 2.0, half)), 1.0)], camera_above(width=100, height=100)
-    )
-    places = np.array([10.0, 90.0])
-    np.testing.assert_allclose(marks_at(field, places, np.full(2, 50.0))[:, 0], [1, -1], atol=1e-6)
+    style = Style("a", marks=StyleMarks(0.1, 2.0, half))
+    field = direction_field([(style, 1.0)], camera_above(width=100, height=100))
+    found = marks_at(field, np.array([10.0, 90.0]), np.full(2, 50.0))
+    np.testing.assert_allclose(found[:, 0], [1, -1], atol=1e-6)
     one = direction_field([(style_of(0.4, shape=(1, 1)), 1.0)], camera_above())
     np.testing.assert_allclose(at_center(one), [np.cos(0.8), np.sin(0.8)], atol=1e-6)
 
@@ -49,9 +48,8 @@ def test_a_style_fills_the_picture_and_is_cropped_as_a_painting_is():
 @pytest.mark.parametrize("aspect", [1.2, 5.0])
 def test_strokes_take_the_direction_and_the_aspect_of_marks_and_keep_their_area(aspect):
     strokes, gaussians = planks()
-    after = bg.orient(
-        strokes, gaussians, direction_field([(style_of(0.5, aspect=aspect), 1.0)], camera_above())
-    )
+    field = direction_field([(style_of(0.5, aspect=aspect), 1.0)], camera_above())
+    after = bg.orient(strokes, gaussians, field)
     along = np.abs(long_axes(after) @ [np.cos(0.5), np.sin(0.5), 0])
     assert np.quantile(along, 0.05) > np.cos(np.radians(10))
     assert np.median(aspects(after)) == pytest.approx(aspect, rel=0.1)

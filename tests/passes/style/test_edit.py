@@ -14,14 +14,13 @@ from tests.passes.style.test_features import VIEW
 WARM = np.array([[1.1, 0.1, 0, 0.05], [0, 0.9, 0.05, 0.0], [0, 0.1, 0.7, -0.1]])
 
 
-def residual(features=("lightness", "height"), *, num=5, outputs=4, has_slopes=True, seed=0, width=0.8):
-    rng = np.random.default_rng(seed)
-    size = num, len(features)
+def residual(features=("lightness", "height"), *, has_slopes=True):
+    rng, num, size = np.random.default_rng(0), 5, (5, len(features))
     return Residual(
         tuple(features),
         rng.normal(size=size).astype(np.float32),
-        width,
-        rng.normal(size=(num, outputs)).astype(np.float32),
+        0.8,
+        rng.normal(size=(num, 4)).astype(np.float32),
         np.full(size[1], 0.4, np.float32),
         np.full(size[1], 0.3, np.float32),
         rng.normal(size=(num, 3, 3)).astype(np.float32) if has_slopes else None,

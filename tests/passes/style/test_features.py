@@ -6,14 +6,8 @@ import numpy as np
 import pytest
 
 from brushgs.cameras.framing import plain_first_view, with_up
-from brushgs.passes.style.features import (
-    FARTHEST,
-    FEATURES,
-    HIGHEST,
-    LOWEST,
-    MOST_GLOSS,
-    stroke_features,
-)
+from brushgs.passes.style import features
+from brushgs.passes.style.features import FEATURES, stroke_features
 from brushgs.values.camera import FirstView
 from brushgs.values.sh import sh_rotation
 from tests.kit.for_each import for_each
@@ -48,13 +42,12 @@ def test_features_depend_neither_on_unit_nor_place_nor_turn(name, change):
 
 def test_features_are_bounded_whatever_lies_far_away_or_shines():
     scene = random_gaussians(200, terms=16, spread=1e3, size=10.0)
-    scene = replaced(scene, sh=100 * scene.sh)
-    found = stroke_features(scene, VIEW)
+    found = stroke_features(replaced(scene, sh=100 * scene.sh), VIEW)
     assert np.isfinite(found.values).all()
     for name, low, high in [
-        ("height", LOWEST, HIGHEST),
-        ("distance", 0, FARTHEST),
-        ("gloss", 0, MOST_GLOSS),
+        ("height", features.LOWEST, features.HIGHEST),
+        ("distance", 0, features.FARTHEST),
+        ("gloss", 0, features.MOST_GLOSS),
         *((n, 0, 1) for n in ("size", "elongation", "flatness", "level", "bend", "visible", "contrast")),
     ]:
         column = found.columns((name,))

@@ -63,7 +63,6 @@ def test_of_one_color_that_color_is_right(count):
     after = scene(count, colors=(0.3, 0.5, 0.7))
     edit = learn_edit(before, after, VIEW).edit
     assert error(edit, before, after) < 1e-4
-    assert np.isfinite(edit.affine).all()
     assert np.abs(edit.affine[:, :3] - np.eye(3)).max() < 1
 
 
@@ -86,8 +85,7 @@ def test_an_edit_that_cannot_be_learnt_does_no_harm_to_other_scenes(num_levels, 
 def reds_to_blue(gaussians):
     rgb = colors_of(gaussians)
     share = np.clip((rgb[:, 0] - rgb[:, 1] - 0.2) / 0.3, 0, 1)[:, None]
-    after = (1 - share) * rgb + share * rgb[:, [2, 1, 0]]
-    return with_colors(gaussians, after)
+    return with_colors(gaussians, (1 - share) * rgb + share * rgb[:, [2, 1, 0]])
 
 
 def darker_upward(gaussians):

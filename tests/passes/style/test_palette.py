@@ -5,23 +5,19 @@ import pytest
 
 from brushgs.passes.style.color_names import color_name, color_names
 from brushgs.passes.style.palette import NUM_SAMPLES, learn_palette
+from brushgs.values.colors import rgb_of
 from tests.kit.for_each import for_each
 
 
-def image(parts, height=60, width=100, noise=0.02):
+def image(parts, noise=0.02):
     """Upright stripes of colors in their shares."""
-    rng = np.random.default_rng(0)
-    counts = np.rint(np.array([share for _, share in parts]) * width).astype(int)
-    row = np.repeat([color for color, _ in parts], counts, axis=0)
-    return np.clip(row + rng.normal(0, noise, (height, len(row), 3)), 0, 1).astype(np.float32)
+    row = np.repeat([color for color, _ in parts], [round(100 * share) for _, share in parts], axis=0)
+    chance = np.random.default_rng(0).normal(0, noise, (60, len(row), 3))
+    return np.clip(row + chance, 0, 1).astype(np.float32)
 
 
-PARTS = [
-    ((0.10, 0.20, 0.60), 0.40),
-    ((0.85, 0.80, 0.70), 0.30),
-    ((0.30, 0.50, 0.20), 0.25),
-    ((0.8, 0.1, 0.1), 0.05),
-]
+COLORS = (0.10, 0.20, 0.60), (0.85, 0.80, 0.70), (0.30, 0.50, 0.20), (0.8, 0.1, 0.1)
+PARTS = list(zip(COLORS, (0.40, 0.30, 0.25, 0.05), strict=True))
 
 
 def test_the_colors_of_a_painting_are_found_in_their_shares():
@@ -77,7 +73,7 @@ def test_what_is_transparent_does_not_count():
     ],
 )
 def test_colors_have_the_names_that_people_use(code, name):
-    assert color_name(np.array([int(code[i : i + 2], 16) / 255 for i in (1, 3, 5)])) == name
+    assert color_name(np.array(rgb_of(code))) == name
     names = color_names(np.array([[0.05, 0.1, 0.3], [0.08, 0.14, 0.38], [0.1, 0.18, 0.45], [0.1, 0.1, 0.1]]))
     assert len(set(names)) == 4
     assert names[0].startswith("darker")

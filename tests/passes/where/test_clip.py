@@ -43,10 +43,9 @@ def test_words_and_patches_are_unit_vectors_of_one_space(folder, no_network):
     assert (encoder.side, encoder.patch) == (SIDE // PATCH, PATCH)
     words = encoder.of_words(["red", "a blue truck"])
     patches = encoder.of_windows(np.random.default_rng(0).random((11, SIDE, SIDE, 3)).astype(np.float32))
-    assert words.shape == (2, 8)
-    assert patches.shape == (11, 4, 4, 8)
-    np.testing.assert_allclose(np.linalg.norm(words, axis=-1), 1)
-    np.testing.assert_allclose(np.linalg.norm(patches, axis=-1), 1)
+    assert (words.shape, patches.shape) == ((2, 8), (11, 4, 4, 8))
+    for vectors in (words, patches):
+        np.testing.assert_allclose(np.linalg.norm(vectors, axis=-1), 1)
     with pytest.raises(ValueError, match="at most 12 tokens"):
         encoder.of_words(["one two three four five six"])
 
@@ -140,9 +139,10 @@ def test_what_is_no_clip_is_refused_with_the_cure(own, no_network, files, messag
     before = set(Path.cwd().iterdir())
     with pytest.raises(SceneError, match=message) as caught:
         ClipEncoder(own)
-    assert str(own) in str(caught.value)
-    assert ";" in str(caught.value)
-    assert "\n" not in str(caught.value)
+    message = str(caught.value)
+    assert str(own) in message
+    assert ";" in message
+    assert "\n" not in message
     assert set(Path.cwd().iterdir()) == before, "nothing was run"
 
 

@@ -37,21 +37,18 @@ def test_a_part_holds_what_lies_in_it(text, inside):
     assert memberships(Where.parse(text), scene()).tolist() == inside
 
 
-def unit_view():
-    """The first view of a subject whose longest distance is 2."""
-    points = np.array([[-1.0, 0, 0], [1, 0, 0], [0, 0.5, 0], [0, 0, 0.5]])
-    return FirstView(points, np.array([0, -1.0, 0]), 0.0, 0.0)
-
-
 def test_a_soft_edge_is_a_ramp_of_its_width_about_the_hard_one():
-    context = WhereContext(unit_view(), soft=1.0)  # 2 world units wide
-    found = memberships(Where.parse("sphere:0,0,0,1.5"), scene(), context)
-    np.testing.assert_allclose(found, [1, 0.75, 0.25, 0], atol=1e-12)
-    found = memberships(Where.parse("box:0,-9,-9,9,9,9 and half:0,-1,0,-1"), scene(), context)
-    np.testing.assert_allclose(found, [0.5, 1, 0, 0], atol=1e-12)
-    found = memberships(Where.parse("colour:#ff0000,0.2"), scene(), WhereContext(unit_view(), soft=0.4))
-    away = np.linalg.norm([0.1, 0.1, 0])
-    np.testing.assert_allclose(found, [1, 0.5 + (0.2 - away) / 0.4, 0, 0], atol=1e-6)
+    points = np.array([[-1.0, 0, 0], [1, 0, 0], [0, 0.5, 0], [0, 0, 0.5]])  # longest distance: 2
+    view = FirstView(points, np.array([0, -1.0, 0]), 0.0, 0.0)
+    context = WhereContext(view, soft=1.0)  # 2 world units wide
+    narrow, red = WhereContext(view, soft=0.4), 0.5 + (0.2 - np.hypot(0.1, 0.1)) / 0.4
+    for text, around, expected in (
+        ("sphere:0,0,0,1.5", context, [1, 0.75, 0.25, 0]),
+        ("box:0,-9,-9,9,9,9 and half:0,-1,0,-1", context, [0.5, 1, 0, 0]),
+        ("colour:#ff0000,0.2", narrow, [1, red, 0, 0]),
+    ):
+        found = memberships(Where.parse(text), scene(), around)
+        np.testing.assert_allclose(found, expected, atol=1e-6)
     with pytest.raises(ValueError, match="the first view of the scene must be known"):
         memberships(Where.parse("sphere:0,0,0,1"), scene(), WhereContext(soft=0.1))
 
@@ -63,8 +60,7 @@ def test_each_gaussian_is_on_one_side_by_its_place():
     shares = np.repeat([0.0, 0.25, 0.75, 1.0], 5000)
     found = sides(shares, gaussians)
     counts = found.reshape(4, 5000).mean(axis=1)
-    assert counts[0] == 0
-    assert counts[3] == 1
+    assert (counts[0], counts[3]) == (0, 1)
     np.testing.assert_allclose(counts[1:3], [0.25, 0.75], atol=0.02)
     order = rng.permutation(len(means))
     assert np.array_equal(sides(shares[order], gaussians.take(order)), found[order])

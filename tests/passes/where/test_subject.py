@@ -23,18 +23,9 @@ COUNT = 50_000
 
 
 @pytest.fixture(scope="module")
-def scene():
-    return still_life_of(COUNT)
-
-
-@pytest.fixture(scope="module")
-def owner():
-    return owners(COUNT)
-
-
-@pytest.fixture(scope="module")
-def view(scene):
-    return find_first_view(scene)
+def seen():
+    """The still life and its first view."""
+    return still_life_of(COUNT), find_first_view(still_life_of(COUNT))
 
 
 def of(text, scene, view, soft=0.0):
@@ -51,22 +42,20 @@ def around(gaussians, up=(0.0, -1.0, 0.0)):
     return FirstView(gaussians.means.astype(float), np.array(up), 0.0, 0.0)
 
 
-def test_the_subject_of_the_still_life_stands_on_the_table_before_the_wall(scene, owner, view):
-    subject = of("subject", scene, view) == 1
+def test_the_subject_of_the_still_life_stands_on_the_table_before_the_wall(seen):
+    owner, subject = owners(COUNT), of("subject", *seen) == 1
     assert subject[np.isin(owner, JUG)].mean() > 0.9
     assert subject[np.isin(owner, ORANGES)].mean() > 0.95
     assert subject[owner == WALL].mean() == 0
     assert subject[owner == TABLE].mean() < 0.01
 
 
-def test_the_table_is_the_ground_that_heights_are_above(scene, owner, view):
-    ground = Ground.under(scene, view)
+def test_the_table_is_the_ground_that_heights_are_above(seen):
+    ground, means = Ground.under(*seen), seen[0].means
     assert ground.is_found
-    heights = ground.plane.heights(scene.means)
-    np.testing.assert_allclose(heights, -scene.means[:, 1], atol=0.06)  # y is down, the table is at 0
-    low, high = of("height:..50%", scene, view), of("height:50%..", scene, view)
-    np.testing.assert_array_equal(low + high, 1)
-    assert of("height:0.2..1 and height:..0.1", scene, view).sum() == 0
+    np.testing.assert_allclose(ground.plane.heights(means), -means[:, 1], atol=0.06)  # up is -y
+    np.testing.assert_array_equal(of("height:..50%", *seen) + of("height:50%..", *seen), 1)
+    assert of("height:0.2..1 and height:..0.1", *seen).sum() == 0
 
 
 def test_parts_are_numbered_by_their_painted_area_or_named_by_a_point():
@@ -83,8 +72,7 @@ def test_faint_and_huge_gaussians_link_nothing():
     haze = gaussians_at([[1.5, 0, 0], [1.4, 0, 0], [1.6, 0, 0]], 3.0, opacity=0.8, dtype=np.float32)
     parts = connected_parts(balls((0, 0, 0), (3, 0, 0)) + haze)
     assert parts[0] != parts[800]
-    assert (parts[:800] == parts[0]).all()
-    assert (parts[800:1600] == parts[800]).all()
+    np.testing.assert_array_equal(parts[:1600], np.repeat(parts[[0, 800]], 800))
 
 
 @for_each("text", ["subject", "part:1", "part:2 or height:60%..", "height:20%..50% and not part:1"])

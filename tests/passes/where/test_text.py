@@ -26,10 +26,8 @@ class ColorEncoder:
 
     def of_windows(self, windows):
         size = self.side * self.patch
-        assert windows.shape[1:] == (size, size, 3)
-        assert windows.dtype == np.float32
-        assert windows.min() >= 0
-        assert windows.max() <= 1
+        assert (windows.shape[1:], windows.dtype) == ((size, size, 3), np.float32)
+        assert 0 <= windows.min() <= windows.max() <= 1
         blocks = windows.reshape(-1, self.side, self.patch, self.side, self.patch, 3).astype(np.float64)
         return self._unit(blocks.mean(axis=(2, 4)))
 
