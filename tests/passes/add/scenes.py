@@ -34,8 +34,8 @@ def cube(num=36):
     """A cube around the origin, each face of one tone."""
     count = num * num
     face = grid(num, 0.5 * SIDE * (1 - 1 / num), 0.5 * SIDE)
-    points = [sign * np.roll(face, axis, axis=1) for axis in range(3) for sign in (1, -1)]
-    normals = [np.roll([0, 0, sign], axis) for axis in range(3) for sign in (1, -1)]
+    points = [sign * np.roll(face, axis, axis=1) for axis in (1, 2, 3) for sign in (1, -1)]
+    normals = [np.roll([0, 0, sign], axis) for axis in (1, 2, 3) for sign in (1, -1)]
     tones = np.repeat(0.1 + 0.16 * np.arange(6), count)[:, None]
     return flat(np.concatenate(points), np.repeat(normals, count, axis=0), 0.5 * SIDE / num, tones)
 

@@ -4,11 +4,7 @@ import pytest
 import brushgs as bg
 from tests.kit.for_each import for_each
 from tests.passes.color import broken_color_twin as twin
-from tests.passes.scenes import (
-    colors_of,
-    random_gaussians,
-    strange_strokes,
-)
+from tests.passes.scenes import colors_of, random_gaussians, strange_strokes
 
 
 @for_each(
