@@ -102,13 +102,13 @@ def steps(golden: dict[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray]]:
     yield put("cut", cut(labels, worst, points, weights, spans_of(scene(), points)))
     yield put("errors", painted_errors(strokes("merged"), views()))
     yield put("kept", worth_keeping(strokes("merged")).astype(np.int8))
-    for name, run in {
-        "solid": bg.solidify,
-        "turned": lambda one: bg.orient(one, scene(), "form"),
-        "repainted": lambda one: bg.repaint(one, scene(), views()),
-        "broken": bg.break_colors,
-    }.items():
-        after = run(strokes(_before(name)))
+    for before, name, run in (
+        ("merged", "solid", bg.solidify),
+        ("solid", "turned", lambda one: bg.orient(one, scene(), "form")),
+        ("turned", "repainted", lambda one: bg.repaint(one, scene(), views())),
+        ("repainted", "broken", bg.break_colors),
+    ):
+        after = run(strokes(before))
         yield from (put(f"{name} {column}", getattr(after, column)) for column in GAUSSIAN_COLUMNS)
     nearly_grey = replace(strokes("broken"), sh=strokes("broken").sh * np.float32(0.02))
     two = bg.Palette.of_colors(np.array([[0.9, 0.1, 0.1], [0.1, 0.2, 0.9], [0.9, 0.8, 0.2]]))
@@ -125,11 +125,6 @@ def steps(golden: dict[str, np.ndarray]) -> Iterator[tuple[str, np.ndarray]]:
     bumps = (2 * np.sin(x) * np.cos(0.7 * y)).astype(np.float32)
     yield put("lit", bg.light(np.full((60, 80, 3), 0.4, np.float32), bumps, bg.Lamp()).reshape(-1, 3))
     yield put("brushes", bg.choose_brushes(strokes("broken"), kit, seed=0).brushes)
-
-
-def _before(name: str) -> str:
-    order = ["merged", "solid", "turned", "repainted", "broken"]
-    return order[order.index(name) - 1]
 
 
 def in_axes(name: str, values: np.ndarray) -> np.ndarray:

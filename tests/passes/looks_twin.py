@@ -10,7 +10,7 @@ from brushgs.passes.reduce.lloyd import lloyd
 from brushgs.rendering.relief import LEAST_LIGHT_RANGE, light_range
 from brushgs.values.arrays import smoothstep
 from brushgs.values.colors import oklab_of, rgb_of_oklab
-from brushgs.values.quats import rotation_matrices
+from brushgs.values.quats import shortest_axes
 from brushgs.values.sh import base_colors, in_colors, shift_base_colors
 
 SHADOW, LIGHT = (0.62, 0.40), (0.62, 0.35)
@@ -18,7 +18,7 @@ HUE = 2.0
 NUM_NEIGHBORS, NUM_COMPARED, NUM_ROUNDS = 16, 6, 2
 FAR_COLOR, FAR_SIZE, FAR_NORMAL = 0.15, 1.0, 0.8
 NORMALS, COLORS, SIZES = (0.1, 0.55), (0.2, 0.7), (0.2, 0.5)
-WEIGHTS = (0.5, 0.3, 0.2)
+WEIGHTS = np.array([0.5, 0.3, 0.2])
 LEAST_MIDDLE, MOST_MIDDLE, WIDTH = 0.4, 0.55, 0.15
 LONG, SHORT, LARGE = 1.9, 1.35, 2.2
 
@@ -59,39 +59,27 @@ def surfaces(strokes):
 
 def roughness(strokes):
     """Roughness of the surface around each stroke, [k] 0 (equal normals, colors and sizes) to 1."""
-    num = len(strokes)
     others = nearest_others(strokes.means.astype(np.float64), NUM_NEIGHBORS).astype(np.intp)
     if others.shape[1] == 0:
-        return np.zeros(num)
-    kinds = zip(
-        _differences(strokes, others[:, :NUM_COMPARED]), (NORMALS, COLORS, SIZES), WEIGHTS, strict=True
-    )
-    found = np.zeros(num)
-    for differences, (none, full), weight in kinds:
-        found += weight * np.clip((differences - none) / (full - none), 0, 1)
+        return np.zeros(len(strokes))
+    none, full = np.transpose((NORMALS, COLORS, SIZES))[..., None]
+    differences = _differences(strokes, others[:, :NUM_COMPARED])
+    found = WEIGHTS @ np.clip((differences - none) / (full - none), 0, 1)
     for _ in range(NUM_ROUNDS):
-        total = found.copy()
-        for rows in others.T:
-            total += found[rows]
-        found = total / (1 + others.shape[1])
+        found = (found + found[others].sum(axis=1)) / (1 + others.shape[1])
     return found
 
 
 def _differences(strokes, others):
     """[k] mean difference of each stroke from others [k, n]: in normal, color and size, each 0 to 1."""
-    thinnest = np.argmin(strokes.scales, axis=1)
-    turned = rotation_matrices(strokes.quats.astype(np.float64))
-    normals = np.take_along_axis(turned, thinnest[:, None, None], axis=2)[:, :, 0]
+    normals = shortest_axes(strokes.quats.astype(np.float64), strokes.scales)
     lab = oklab_of(base_colors(strokes.sh))
     scales = np.sort(strokes.scales, axis=1)[:, 1:].astype(np.float64)
     logs = np.log(np.maximum(scales, np.finfo(np.float64).tiny)).sum(axis=1) / 2
-    found = np.zeros((3, len(strokes)))
-    for rows in others.T:
-        apart = 1 - np.abs(np.einsum("ki,ki->k", normals, normals[rows]))
-        found[0] += np.clip(apart / FAR_NORMAL, 0, 1)
-        found[1] += np.minimum(np.linalg.norm(lab - lab[rows], axis=1) / FAR_COLOR, 1)
-        found[2] += np.minimum(np.abs(logs - logs[rows]) / FAR_SIZE, 1)
-    return found / others.shape[1]
+    turned = 1 - np.abs(np.einsum("ki,kni->kn", normals, normals[others]))
+    away = np.linalg.norm(lab[:, None] - lab[others], axis=2)
+    grown = np.abs(logs[:, None] - logs[others])
+    return np.clip((turned / FAR_NORMAL, away / FAR_COLOR, grown / FAR_SIZE), 0, 1).mean(axis=2)
 
 
 def _middle(values, paint):

@@ -6,10 +6,9 @@ THOMSEN = 1.6075
 
 
 def areas(scales):
-    a, b, c = np.asarray(scales, np.float64).T
-    longest = np.maximum(np.maximum(a, b), c)
-    unit = np.where(longest > 0, longest, 1.0)
-    a, b, c = a / unit, b / unit, c / unit
+    unit = scales.max(axis=1, initial=0).astype(np.float64)
+    unit[unit == 0] = 1
+    a, b, c = scales.T / unit
     mean = ((a * b) ** THOMSEN + (a * c) ** THOMSEN + (b * c) ** THOMSEN) / 3
     return mean ** (1 / THOMSEN) * unit**2
 
@@ -17,10 +16,9 @@ def areas(scales):
 def within_and_between(scene, own, means, shares, labels):
     """`own` [N, 3, 3] are the covariances of the members."""
     within, between = np.zeros((2, len(means), 3, 3))
-    for row, label in enumerate(labels):
-        away = scene.means[row].astype(np.float64) - means[label]
-        within[label] += shares[row] * own[row]
-        between[label] += shares[row] * np.outer(away, away)
+    away, shares = scene.means - means[labels], shares[:, None, None]
+    np.add.at(within, labels, shares * own)
+    np.add.at(between, labels, shares * away[:, :, None] * away[:, None])
     return within, between
 
 

@@ -1,6 +1,7 @@
 """Stages in NumPy, float64, by the names and arguments of the core."""
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 
 from brushgs.passes.extent import robust_frame
 from brushgs.passes.reduce.contribution import projected_areas
@@ -25,11 +26,7 @@ def map_sums(level, values, side, half):
 def map_samples(values, half, level):
     side = len(values)
     at = np.clip((level / half + 1) * (side / 2) - 0.5, 0, side - 1)
-    low = np.minimum(at.astype(np.int64), side - 2)
-    (row, column), (down, across) = low.T, (at - low).T
-    upper = values[row, column] * (1 - across) + values[row, column + 1] * across
-    lower = values[row + 1, column] * (1 - across) + values[row + 1, column + 1] * across
-    return upper * (1 - down) + lower * down
+    return map_coordinates(values, at.T, order=1)
 
 
 def map_blurred(values, sigma):

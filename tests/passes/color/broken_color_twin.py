@@ -4,6 +4,7 @@ from math import prod
 
 import numpy as np
 
+from brushgs.passes.color.tone import painted_areas
 from brushgs.passes.form.coverage import nearest_others
 from brushgs.values.arrays import smoothstep
 from brushgs.values.colors import oklab_of, rgb_of_oklab
@@ -49,35 +50,27 @@ def chances(places, seed, draw):
 def _normals(means, seed):
     """Three normal random numbers per position, [k, 3]."""
     uniform = np.stack([chances(means, seed, draw) for draw in range(4)])
-    radii, turns = np.sqrt(-2 * np.log1p(-uniform[:2])), 2 * np.pi * uniform[2:]  # Box and Muller 1958
-    return np.stack(
-        [radii[0] * np.cos(turns[0]), radii[0] * np.sin(turns[0]), radii[1] * np.cos(turns[1])], 1
-    )
+    first, second = np.sqrt(-2 * np.log1p(-uniform[:2])) * np.exp(2j * np.pi * uniform[2:])
+    return np.stack([first.real, first.imag, second.real], axis=1)  # Box and Muller 1958
 
 
 def _followed(lab, shifts):
     """Shifts [k, 2] of a and b, scaled by the colors [k, 3]."""
     chromas = np.hypot(lab[:, 1], lab[:, 2])
     along = lab[:, 1:] / np.maximum(chromas, np.finfo(np.float64).tiny)[:, None]
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1)
-    followed = sum(
-        factor * np.einsum("ki,ki->k", shifts, axes)[:, None] * axes
-        for factor, axes in ((ALONG, along), (ACROSS, across))
-    )
-    return np.asarray(smoothstep(chromas / COLORFUL)[:, None] * followed)
+    lengths = (shifts * along).sum(axis=1, keepdims=True)
+    followed = ACROSS * shifts + (ALONG - ACROSS) * lengths * along
+    return smoothstep(chromas / COLORFUL)[:, None] * followed
 
 
 def _means_around(strokes, shifts):
     """[k, 3] mean shift of each stroke and its neighbors, weighted by painted area times opacity."""
     neighbors = nearest_others(strokes.means.astype(np.float64), NUM_AROUND)
     rows = np.concatenate([np.arange(len(strokes))[:, None], neighbors], axis=1)
-    scales = np.sort(strokes.scales, axis=1)[:, 1:].astype(np.float64)
-    largest = max(float(scales.max()), np.finfo(np.float64).tiny)
-    paint = strokes.opacities * (scales[:, 0] / largest) * (scales[:, 1] / largest)
-    weights = paint[rows]
+    weights = painted_areas(strokes)[rows]
     totals = weights.sum(axis=1, keepdims=True)
     weights = np.where(totals > 0, weights / np.where(totals > 0, totals, 1), 1 / rows.shape[1])
-    return np.asarray(np.einsum("kn,kni->ki", weights, shifts[rows]))
+    return np.einsum("kn,kni->ki", weights, shifts[rows])
 
 
 def _room(colors, lab, shifts):

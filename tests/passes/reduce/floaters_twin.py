@@ -1,6 +1,7 @@
 """What the core finds of floaters, in NumPy."""
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from brushgs.passes.components import components
 from brushgs.passes.extent import robust_frame
@@ -43,20 +44,14 @@ def measure_detachment(gaussians):
 
 
 def _in_dense_cells(means, opacities, radius):
-    center, _ = robust_frame(means)
-    places = np.clip(np.floor((means - center) / (CELL * radius)), -MOST_CELLS + 2, MOST_CELLS - 2)
-    x, y, z = (places.astype(np.int64) + MOST_CELLS).T
-    cells, cell_of = np.unique((x << 42) + (y << 21) + z, return_inverse=True)
+    places = np.floor((means - robust_frame(means)[0]) / (CELL * radius))
+    cells, cell_of = np.unique(np.clip(places, -MOST_CELLS, MOST_CELLS), axis=0, return_inverse=True)
     cell_of = cell_of.reshape(-1)
-    own_opacity, own_count = np.bincount(cell_of, opacities), np.bincount(cell_of)
-    opacity, count = np.zeros(len(cells)), np.zeros(len(cells))
-    steps = np.array([-1, 0, 1])
-    for offset in np.add.outer(np.add.outer(steps << 42, steps << 21), steps).ravel():
-        found = np.minimum(np.searchsorted(cells, cells + offset), len(cells) - 1)
-        is_there = cells[found] == cells + offset
-        opacity += np.where(is_there, own_opacity[found], 0)
-        count += np.where(is_there, own_count[found], 0)
-    return np.asarray(((opacity >= DENSE) & (opacity >= HAZE * count))[cell_of])
+    own = np.stack([np.bincount(cell_of, opacities), np.bincount(cell_of)], axis=1)
+    sums, pairs = own.copy(), cKDTree(cells).query_pairs(1.5, np.inf, output_type="ndarray")
+    np.add.at(sums, pairs, own[pairs[:, ::-1]])  # of the 26 around
+    opacity, count = sums.T
+    return ((opacity >= DENSE) & (opacity >= HAZE * count))[cell_of]
 
 
 def _touching_pairs(gaussians, opacities, radius, rows):
