@@ -47,15 +47,12 @@ def squared_distance(row, other, means, scales, axes):
     return max(yy * x * x - 2 * xy * x * y + xx * y * y, 0) / area if area > 0 else np.inf
 
 
-def cover(means, scales, axes, opacities, neighbors, num_touching, touch):
-    passed, touching, parallel = np.ones(len(means)), np.zeros(len(means)), np.zeros(len(means))
+def passed_by(means, scales, axes, opacities, neighbors):
+    """Light that passes the others at the center of each."""
+    passed = np.ones(len(means))
     for row, others in enumerate(neighbors):
-        for rank, other in enumerate(others):
-            if other == row:
-                continue
-            away = squared_distance(row, other, means, scales, axes)
-            passed[row] *= 1 - opacities[other] * np.exp(-0.5 * away)
-            if rank < num_touching and away < touch:
-                touching[row] += 1
-                parallel[row] += abs(axes[row][:, 0] @ axes[other][:, 0])
-    return passed, touching, parallel
+        for other in others:
+            if other != row:
+                away = squared_distance(row, other, means, scales, axes)
+                passed[row] *= 1 - opacities[other] * np.exp(-0.5 * away)
+    return passed

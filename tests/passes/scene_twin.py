@@ -55,10 +55,9 @@ def visible_shares(means, opacities, areas):
         across /= np.linalg.norm(across)
         cells = np.floor((points @ np.stack([across, np.cross(line, across)], axis=1) + 8) / COLUMN)
         along = points @ line
-        for row, place in enumerate(along):
-            beside = (cells == cells[row]).all(axis=1) & (np.abs(along - place) <= REACH)
-            for is_between in (along > place, along < place):
-                light[row] += np.exp(-depths[beside & is_between].sum())
+        away = along - along[:, None]
+        beside = (cells[:, None] == cells).all(axis=2) & (np.abs(away) <= REACH)
+        light += sum(np.exp(-((beside & is_between) @ depths)) for is_between in (away > 0, away < 0))
     return np.maximum(light / (2 * len(LINES)), 1e-6)
 
 

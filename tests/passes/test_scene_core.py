@@ -50,12 +50,9 @@ def test_the_extent_of_few_points_is_that_of_all_and_never_zero():
 @for_each("dtype", SCALARS)
 def test_features_are_those_of_the_twin(name, dtype):
     scene = STRANGE[name].astype(dtype)
-    for found, expected in zip(
-        with_threads(lambda: contracted(scene.means, FRAME)),
-        scene_twin.contracted(scene.means, *FRAME),
-        strict=True,
-    ):
-        np.testing.assert_allclose(found, expected, rtol=1e-15, atol=1e-300)
+    expected = scene_twin.contracted(scene.means, *FRAME)
+    for one, other in zip(with_threads(lambda: contracted(scene.means, FRAME)), expected, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-15, atol=1e-300)
     points = with_threads(lambda: [cluster_features(scene, frame=FRAME)])[0]
     np.testing.assert_allclose(points, scene_twin.features(scene, *FRAME), rtol=1e-7, atol=1e-45)
     spans = with_threads(lambda: [spans_of(scene, points)])[0]

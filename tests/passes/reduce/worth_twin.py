@@ -36,7 +36,7 @@ class Around:
         if rows is not None:  # the others are not looked at
             asked = np.isin(np.arange(len(found)), rows)
             found = [others if is_asked else () for others, is_asked in zip(found, asked, strict=True)]
-        passed = moments_twin.cover(self.means, self.scales, self.axes, opacities, found, 0, 0.0)[0]
+        passed = moments_twin.passed_by(self.means, self.scales, self.axes, opacities, found)
         return passed if rows is None else passed[rows]
 
 
