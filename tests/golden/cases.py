@@ -86,12 +86,6 @@ thick_boxes, thick_soft_boxes = (
 )
 
 
-def soft_wheel_boxes(num_sigmas: float) -> Boxes:
-    """The wheel with softness that reach over much of a ring, and one stroke in 25 that reaches over all."""
-    boxes = wheel_boxes(num_sigmas)
-    return replace(boxes, softness=np.where(np.arange(len(boxes)) % 25 == 0, 10, 0.1))
-
-
 @lru_cache
 def film() -> tuple[Gaussians, StrokeMotion, MovingTrack]:
     """The still life in motion, each Gaussian a stroke, until the pear rolls and the cloth is lifted."""
@@ -117,27 +111,9 @@ def moving_boxes(num_sigmas: float) -> Boxes:
     )
 
 
-def large_boxes_of_three(num_sigmas: float) -> Boxes:
-    boxes = large_boxes(num_sigmas)
-    return replace(boxes, brushes=(boxes.ids % 3).astype(np.uint8))
-
-
-def thick_wheel_boxes(num_sigmas: float) -> Boxes:
-    """The wheel in thick paint, so that much of the ground is seen."""
-    boxes = wheel_boxes(num_sigmas)
-    return replace(boxes, reliefs=np.tile((2.0, 8.0), (len(boxes), 1)))
-
-
 def toned_paper() -> Surface:
     """A paper in a warm tone, rough enough for so small a picture."""
     return paper((0.80, 0.72, 0.58), height=HEIGHT, width=WIDTH, strength=6.0)
-
-
-def set_back_wheel_boxes(num_sigmas: float) -> Boxes:
-    """The wheel enlarged by half, underpaint from none to three rings behind its stroke."""
-    boxes = wheel_boxes(num_sigmas)
-    setbacks = np.arange(len(boxes)) % 7 * 0.5
-    return replace(boxes, half_extents=1.5 * boxes.half_extents, setbacks=setbacks)
 
 
 def wheel_boxes(num_sigmas: float) -> Boxes:
@@ -158,6 +134,25 @@ def wheel_boxes(num_sigmas: float) -> Boxes:
     return Boxes(centers, half_extents, angles, depths, colors, opacities, ids)
 
 
+def changed(made: Callable[[float], Boxes], **columns: Callable[[Boxes], Any]) -> Callable[[float], Boxes]:
+    """Makes boxes with some columns exchanged, each a function of the boxes."""
+
+    def boxes(num_sigmas: float) -> Boxes:
+        before = made(num_sigmas)
+        return replace(before, **{name: column(before) for name, column in columns.items()})
+
+    return boxes
+
+
+# Softness that reaches over much of a ring, and one stroke in 25 that reaches over all.
+soft_wheel_boxes = changed(wheel_boxes, softness=lambda b: np.where(b.ids % 25 == 0, 10, 0.1))
+# Thick paint, so that much of the ground is seen.
+thick_wheel_boxes = changed(wheel_boxes, reliefs=lambda b: np.tile((2.0, 8.0), (len(b), 1)))
+# Enlarged by half, underpaint from none to three rings behind its stroke.
+set_back_wheel_boxes = changed(
+    wheel_boxes, half_extents=lambda b: 1.5 * b.half_extents, setbacks=lambda b: b.ids % 7 * 0.5
+)
+large_boxes_of_three = changed(large_boxes, brushes=lambda b: (b.ids % 3).astype(np.uint8))
 CASES = {
     "swirl_mip": Case("swirl", "mip", still_life_boxes),
     "swirl_bilinear": Case("swirl", "bilinear", still_life_boxes),

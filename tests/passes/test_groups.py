@@ -13,20 +13,16 @@ LABELS = [
 ]
 
 
-def labelled(num=1000, k=17, width=9, dtype=np.float32):
-    rng = np.random.default_rng(0)
-    labels = rng.integers(0, k, num).astype(np.int32)
-    labels[labels == 4] = 5  # a label without rows
-    return labels, rng.normal(size=(num, width)).astype(dtype), rng.random(num)
+LABELLED = np.random.default_rng(0).integers(0, 17, 1000).astype(np.int32)
+LABELLED[LABELLED == 4] = 5  # a label without rows
 
 
 def test_groups_hold_the_rows_of_each_label_in_order():
-    labels, _, _ = labelled()
-    groups = Groups.of(labels, 17)
+    groups = Groups.of(LABELLED, 17)
     for label in range(17):
         rows = groups.rows[groups.begins[label] : groups.begins[label + 1]]
-        np.testing.assert_array_equal(rows, np.flatnonzero(labels == label))
-    np.testing.assert_array_equal(groups.sizes, np.bincount(labels, minlength=17))
+        np.testing.assert_array_equal(rows, np.flatnonzero(label == LABELLED))
+    np.testing.assert_array_equal(groups.sizes, np.bincount(LABELLED, minlength=17))
     assert len(groups) == 17
 
 
@@ -34,11 +30,12 @@ def test_groups_hold_the_rows_of_each_label_in_order():
 @for_each("width", [1, 9, 48])
 @for_each("num_threads", [1, 3])
 def test_sums_are_those_of_bincount_bit_for_bit(dtype, width, num_threads):
-    labels, values, weights = labelled(width=width, dtype=dtype)
-    totals, sums = Groups.of(labels, 17).totals_and_sums(values, weights, num_threads)
-    np.testing.assert_array_equal(totals, np.bincount(labels, weights, 17))
-    for column in range(width):
-        np.testing.assert_array_equal(sums[:, column], np.bincount(labels, weights * values[:, column], 17))
+    rng = np.random.default_rng(1)
+    values, weights = rng.normal(size=(1000, width)).astype(dtype), rng.random(1000)
+    totals, sums = Groups.of(LABELLED, 17).totals_and_sums(values, weights, num_threads)
+    np.testing.assert_array_equal(totals, np.bincount(LABELLED, weights, 17))
+    for column, found in zip(values.T, sums.T, strict=True):
+        np.testing.assert_array_equal(found, np.bincount(LABELLED, weights * column, 17))
 
 
 @for_each("dtype", [np.float32, np.float64])

@@ -6,13 +6,13 @@ import pytest
 from brushgs.passes.reduce.halving import halve
 
 
-def cloud(num=3000, dims=9, seed=1):
-    chance = np.random.default_rng(seed)
-    return chance.normal(size=(num, dims)).astype(np.float32), chance.uniform(0.1, 1, num)
+def cloud(num):
+    chance = np.random.default_rng(1)
+    return chance.normal(size=(num, 9)).astype(np.float32), chance.uniform(0.1, 1, num)
 
 
 def test_there_are_as_many_cells_as_asked_for_each_in_use_and_within_one_of_before():
-    points, weights = cloud()
+    points, weights = cloud(3000)
     counts = [1, 2, 3, 50, 700, 3000]
     partitions = halve(points, weights, counts)
     for count, labels in zip(counts, partitions, strict=True):
