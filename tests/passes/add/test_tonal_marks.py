@@ -146,7 +146,7 @@ def test_density_on_paper_stays_from_half_the_distance_to_twice(manner):
 
 def test_strokes_of_a_wall_share_a_direction_and_those_of_a_ball_do_not():
     angles = np.random.default_rng(0).normal(0.3, 0.2, len(wall()))
-    quats = np.roll(Rotation.from_euler("z", angles).as_quat(), 1, axis=1)
+    quats = np.roll(Rotation.from_euler("z", angles[:, None]).as_quat(), 1, axis=1)
     strokes = replace(wall(), quats=quats.astype(np.float32))
     planes, free = (mark_axes(strokes, with_planes=whether)[0] for whether in (True, False))
     for axes, least, most in ((planes, 0.999, 1.001), (free, 0, 0.95)):
