@@ -98,6 +98,16 @@ def test_a_handful_of_gaussians_has_a_stage_of_finite_strokes(count):
 # Shadow and ground
 
 
+def test_a_shadow_of_strength_0_is_none_and_of_1_is_never_black():
+    camera = frame_scene(plain_first_view(crate()), **SIZE)
+    stage = stage_of(crate((0.8, 0.8, 0.8)), [camera])
+    lit, dark = (
+        oklab_of(base_colors(painted_stage(stage, Brushwork(shadow=share, jitter=(0, 0)), [camera]).sh))[:, 0]
+        for share in (0.0, 1.0)
+    )
+    assert 0.15 < dark.min() < lit.min() - 0.1
+
+
 def test_the_table_continues_the_ground_that_a_scene_brings():
     color = np.array([0.55, 0.5, 0.45])
     stage = stage_of(crate() + plaza(color))

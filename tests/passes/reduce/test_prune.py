@@ -28,6 +28,11 @@ def test_prune_keeps_order_and_is_a_subset(n, seed, keep, is_paper):
     assert_same(prune(scene, f"{100 * keep}%", weight=weight), kept)
 
 
+def test_nothing_is_pruned_by_itself_where_each_holds_more_than_can_be_lost():
+    scene = random_gaussians(5).take(np.zeros(5, dtype=int))
+    assert prune(scene) is scene
+
+
 def test_paper_weight_is_opacity_times_trace_times_luminance():
     scene = random_gaussians(7)
     luminance = np.clip(colors_of(scene), 0, 1) @ (0.2126, 0.7152, 0.0722)
