@@ -148,7 +148,7 @@ PASSES = {
     "gaps": Pass(gaps, layer),
     "key light": Pass(in_its_light, rtol=1e-3, atol=1e-3),
     "saliency": Pass(outstanding, laws="order unit", atol=1e-3),
-    "choose marks": Pass(lambda s, _: choose_marks(s, [MARKS]).brushes, laws="order"),
+    "choose marks": Pass(lambda s, _: choose_marks(s, [MARKS]), laws="order"),
     "break colors": Pass(lambda s, _: bg.break_colors(s), laws="order", rtol=0, atol=1e-12),
     "break colors, followed": Pass(
         lambda s, _: bg.break_colors(s, follows=0.7), laws="order", rtol=0, atol=1e-12
