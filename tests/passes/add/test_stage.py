@@ -1,5 +1,7 @@
 """The stage around a subject: what it is made of, whatever the scene."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from brushgs.cameras.orbit import orbit
 from brushgs.first_view import find_first_view
 from brushgs.passes.add.cut_in import cut_in
 from brushgs.passes.add.stage import find_site, open_stage
-from brushgs.passes.add.stage_marks import WASH, shadow_marks, table_edge
+from brushgs.passes.add.stage_marks import HATCHING, WASH, shadow_marks, table_edge
 from brushgs.passes.add.stage_paint import Brushwork, painted_stage
 from brushgs.passes.add.stage_place import lamp_direction
 from brushgs.passes.add.stage_shadow import cast_shadow
@@ -170,3 +172,12 @@ def test_edges_are_cut_in_along_the_outline_in_the_colors_behind_it():
     same = in_colors(scene, np.full((len(scene), 3), 0.5))
     wall = in_colors(behind, np.full((len(behind), 3), 0.52))
     assert len(cut_in(same, wall, camera)) == 0  # a lost edge stays lost
+
+
+def test_hatching_lies_in_the_shadow_and_is_crossed_where_it_is_dark():
+    stage = stage_of(crate())
+    camera = frame_scene(plain_first_view(crate()), **SIZE)
+    ways = HATCHING, replace(HATCHING, is_crossed=False)
+    marks, single = (shadow_marks(stage.place, stage.shadow, [camera], one) for one in ways)
+    assert (stage.shadow.at(stage.place.local(marks.means))[:, :2].max(axis=1) > 0.05).all()
+    assert len(marks) > 1.1 * len(single)

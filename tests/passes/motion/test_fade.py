@@ -2,16 +2,17 @@
 
 import numpy as np
 
-from brushgs.passes.motion.rows import faded
+from brushgs.passes.motion.rows import FADE, faded
 
 
 def test_it_is_the_largest_of_all_moments_less_the_distance_in_time():
     rng = np.random.default_rng(0)
     times = np.sort(rng.uniform(0, 2, 40))
     opacities = (rng.uniform(size=(40, 7)) * (rng.uniform(size=(40, 7)) < 0.2)).astype(np.float32)
-    falls = np.abs(times[:, None] - times[None]) / 0.3
-    expected = (opacities[None] - falls[..., None]).max(axis=1)
-    np.testing.assert_allclose(faded(opacities, times, 0.3), expected, atol=1e-6)
+    for fade, found in ((0.3, faded(opacities, times, 0.3)), (FADE, faded(opacities, times))):
+        falls = np.abs(times[:, None] - times[None]) / fade
+        expected = (opacities[None] - falls[..., None]).max(axis=1)
+        np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
 def test_no_time_is_as_it_was():
