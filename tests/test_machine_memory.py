@@ -1,12 +1,14 @@
 """How much memory there is."""
 
 import os
+import platform
 from pathlib import Path
 
 import pytest
 
 from brushgs.core import memory as module
 from brushgs.core.memory import machine_memory
+from tests.kit.programs import ran
 
 
 @pytest.mark.skipif(not hasattr(os, "sysconf"), reason="the system tells nothing")
@@ -31,3 +33,21 @@ def test_a_system_that_tells_nothing_has_no_limit(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(module, "_address_space", lambda: None)
     monkeypatch.setattr(module.os, "sysconf", lambda name: (_ for _ in ()).throw(ValueError(name)))
     assert machine_memory() is None
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="another C library")
+def test_a_freed_array_is_used_again() -> None:
+    program = """
+import resource, sys
+import numpy as np
+from brushgs.core.memory import keep_freed
+if sys.argv[1] == "kept": keep_freed()
+def faults(): return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+def fill(): np.empty(25_000_001).fill(1.0)
+fill()
+before = faults()
+for _ in range(20): fill()
+print(faults() - before)
+"""
+    kept, returned = (int(ran("-c", program, word)[1]) for word in ("kept", "returned"))
+    assert kept < 100 < returned  # pages may be of 2 MB

@@ -1,10 +1,13 @@
-"""The memory limit of this process, decided in one place."""
+"""The memory of this process: its limit, decided in one place, and what becomes of memory that is freed."""
 
 import os
+import sys
 from pathlib import Path
 
 # Memory limits of Linux containers (control groups version 2 and 1).
 _LIMIT_FILES = "/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # parameters of mallopt, of malloc.h of the GNU C library
+KEPT = (1 << 31) - 1  # bytes: the most that can be asked for; with 512 MB plain views were cleared anew
 
 
 def machine_memory() -> int | None:
@@ -14,6 +17,21 @@ def machine_memory() -> int | None:
     """
     known = [_physical(), _address_space(), *map(_stated, _LIMIT_FILES)]
     return min((size for size in known if size is not None), default=None)
+
+
+def keep_freed() -> None:
+    """Let this process reuse freed arrays, up to `KEPT` bytes, instead of returning each to the system.
+
+    The system clears all pages that it hands out: with five million Gaussians this was 3/10 of the processor
+    time of a painting. Only with the GNU C library; elsewhere nothing changes.
+    """
+    if not sys.platform.startswith("linux"):
+        return
+    import ctypes
+
+    if (mallopt := getattr(ctypes.CDLL(None), "mallopt", None)) is not None:
+        mallopt(_MMAP_THRESHOLD, KEPT)
+        mallopt(_TRIM_THRESHOLD, KEPT)
 
 
 def _physical() -> int | None:
