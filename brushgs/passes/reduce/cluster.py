@@ -25,11 +25,12 @@ from brushgs.passes.reduce.features import cluster_features, spans_of
 from brushgs.passes.reduce.lloyd import Clusters, lloyd
 from brushgs.passes.reduce.merge import OVERLAP, merge_clusters
 from brushgs.passes.reduce.minibatch import minibatch
+from brushgs.passes.reduce.morton import morton_order
 from brushgs.passes.reduce.pure import keep_pure
 from brushgs.passes.reduce.split import FIRST_SHARE, NUM_ROUNDS, Goal, split
 from brushgs.passes.seen import Seen, seen_in
 from brushgs.rendering.plain import PlainViews
-from brushgs.values.arrays import F32, check
+from brushgs.values.arrays import F32, Rows, check
 from brushgs.values.camera import Camera
 from brushgs.values.gaussians import Gaussians
 
@@ -198,7 +199,24 @@ def group(
 
 
 def _group_seen(seen: Seen, points: F32, goal: Goal, method: str, reason: str, seed: int) -> Grouping:
-    """Clusters of Gaussians by their visibility in views; `points` [N, D] are in feature space."""
+    """Clusters of Gaussians by their visibility in views; `points` [N, D] are in feature space.
+
+    They are found for Gaussians in the order of a curve through space: sums over clusters are twice as fast
+    if their members are neighbors in memory.
+    """
+    order = morton_order(points[:, :3])
+    focus = None if goal.focus is None else goal.focus[order]
+    ordered, goal = Seen(seen.areas[order], seen.gaussians.take(order)), replace(goal, focus=focus)
+    found = _group_ordered(ordered, points[order], order, goal, (method, reason, seed))
+    assert found.visible is not None, "found with the clusters"
+    labels, visible = np.empty_like(found.labels), np.empty_like(found.visible)
+    labels[order], visible[order] = found.labels, found.visible
+    return replace(found, labels=labels, visible=visible, gaussians=seen.gaussians)
+
+
+def _group_ordered(seen: Seen, points: F32, order: Rows, goal: Goal, how: tuple[str, str, int]) -> Grouping:
+    """As `_group_seen`, for rows [N] in an `order`; `how` is a method, the reason for it, and a seed."""
+    method, reason, seed = how
     gaussians, weights, economy = seen.gaussians, seen.weights(goal.focus), goal.economy
     # Merged colors are weighted by opacity x area x this, the visible area.
     areas = seen_areas(gaussians)
@@ -213,7 +231,7 @@ def _group_seen(seen: Seen, points: F32, goal: Goal, method: str, reason: str, s
         return merge_clusters(gaussians, labels, overlap=OVERLAP, visible=visible, areas=areas)
 
     spans, num_rounds = spans_of(gaussians, points), NUM_ROUNDS if economy == 0 else ECONOMIC_ROUNDS
-    rounds = split(found.labels, merged, points, spans, weights, goal, num_rounds)
+    rounds = split(found.labels, merged, points, spans, weights, goal, num_rounds, order)
     labels, parents = next(rounds), []
     for after in rounds:
         parents.append(_parents(labels, after))

@@ -24,7 +24,7 @@ from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.plain import PlainViews
 from brushgs.rendering.view_by_view import view_by_view
 from brushgs.rendering.visibility import painted_shares
-from brushgs.values.arrays import F32, F64, Array, Mask
+from brushgs.values.arrays import F32, F64, Array, Mask, Rows
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
@@ -71,6 +71,7 @@ def split(
     weights: F64,
     goal: Goal,
     num_rounds: int = NUM_ROUNDS,
+    order: Rows | None = None,
 ) -> Iterator[Labels]:
     """Cut clusters until there are as many strokes as the goal says.
 
@@ -82,6 +83,7 @@ def split(
         weights: [N] of the Gaussians, > 0.
         goal: see `Goal`.
         num_rounds: >= 1.
+        order: that of `cut`.
 
     Yields:
         [N] labels, 0 to k' - 1, each in use: the initial ones, and those after each round. The final number
@@ -111,7 +113,7 @@ def split(
         worst = worst[errors[worst] > 0]
         if len(worst) == 0:
             break
-        found = cut(found, np.sort(worst), points, weights, spans)
+        found = cut(found, np.sort(worst), points, weights, spans, order)
         yield found
 
 
@@ -158,11 +160,19 @@ def _squared_errors(plain: Frame, painted: Frame) -> Array:
     return 0.5 * (on_black + on_white)
 
 
-def cut(labels: Labels, chosen: Labels, points: Array, weights: F64, spans: F32 | None = None) -> Labels:
+def cut(
+    labels: Labels,
+    chosen: Labels,
+    points: Array,
+    weights: F64,
+    spans: F32 | None = None,
+    order: Rows | None = None,
+) -> Labels:
     """Cut the chosen clusters in two by 2-means, starting across the widest direction of each.
 
     With `spans`, see `split`, distances count less along the length of members: overlapping members stay
-    together rather than members side by side.
+    together rather than members side by side. The half with the first member keeps the label: the first row,
+    or that of the lowest number in `order` [N], each in use once.
     """
     num = int(labels.max()) + 1
     place = np.full(num, -1)
@@ -181,6 +191,10 @@ def cut(labels: Labels, chosen: Labels, points: Array, weights: F64, spans: F32 
         num_threads_or_default(None),
     )
     is_second = np.asarray(second, bool)
+    if order is not None:
+        places = order[rows]
+        are_first = places == np.repeat(np.minimum.reduceat(places, groups.begins[:-1]), groups.sizes)
+        is_second ^= np.repeat(is_second[are_first], groups.sizes)
     labels = labels.copy()
     labels[rows[is_second]] = num + np.repeat(np.arange(len(chosen)), groups.sizes)[is_second]
     return compacted(labels)[0].astype(np.intp)

@@ -58,3 +58,14 @@ def test_extreme_members_are_parted_or_stay_together(extreme):
     assert set(labels) <= {0, 1}
     if extreme in (1e-30, 1e30):
         np.testing.assert_array_equal(labels, [0, 0, 0, 1, 1, 1])
+
+
+def test_labels_do_not_depend_on_the_order_of_rows():
+    scene = lines(1.0)
+    points, weights = cluster_features(scene), np.linspace(1, 2, 40)
+    labels, chosen = np.arange(40) % 3, np.array([0, 2])
+    spans = spans_of(scene, points)
+    order = np.random.default_rng(1).permutation(40)
+    found = np.empty(40, np.intp)
+    found[order] = cut(labels[order], chosen, points[order], weights[order], spans[order], order)
+    np.testing.assert_array_equal(found, cut(labels, chosen, points, weights, spans))
