@@ -1,5 +1,7 @@
 """What folds the rows of a law into one case runs all of them, and names the one that breaks it."""
 
+import os
+
 import pytest
 
 from tests.kit.for_each import for_each
@@ -15,6 +17,18 @@ def test_every_combination_of_rows_is_run_and_fixtures_are_passed_on():
 
     law(fixture="f")
     assert seen == [(1, 3, 4, "f"), (1, 5, 6, "f"), (2, 3, 4, "f"), (2, 5, 6, "f")]
+
+
+def test_what_a_row_patches_is_undone_before_the_next(monkeypatch):
+    seen = []
+
+    @for_each("a", [1, 2])
+    def law(a, monkeypatch):
+        seen.append(os.environ.get("OF_A_ROW"))
+        monkeypatch.setenv("OF_A_ROW", str(a))
+
+    law(monkeypatch=monkeypatch)
+    assert seen == [None, None]
 
 
 def test_the_row_that_breaks_the_law_is_named():

@@ -14,6 +14,7 @@ def for_each(names: str | tuple[str, ...], rows: Iterable[Any], ids: object = No
 
     A row that breaks the law ends the case, and a note at the error names it. Of several tables every
     combination is a row. Rows that are skipped do not end the case; it is skipped where all of them are.
+    What a row patches is undone before the next.
     """
     keys = tuple(name.strip() for name in names.split(",")) if isinstance(names, str) else tuple(names)
     table = [dict(zip(keys, _values(row, len(keys)), strict=True)) for row in rows]
@@ -27,7 +28,9 @@ def for_each(names: str | tuple[str, ...], rows: Iterable[Any], ids: object = No
             for parts in product(*tables):
                 row = {name: value for part in parts for name, value in part.items()}
                 try:
-                    inner(**row, **fixtures)
+                    with pytest.MonkeyPatch.context() as own:
+                        patching = {"monkeypatch": own} if "monkeypatch" in fixtures else {}
+                        inner(**row, **(fixtures | patching))
                 except pytest.skip.Exception as skip:
                     reasons.append(str(skip))
                 except BaseException as error:

@@ -61,11 +61,9 @@ def test_extreme_members_are_parted_or_stay_together(extreme):
 
 
 def test_labels_do_not_depend_on_the_order_of_rows():
-    scene = lines(1.0)
-    points, weights = cluster_features(scene), np.linspace(1, 2, 40)
-    labels, chosen = np.arange(40) % 3, np.array([0, 2])
-    spans = spans_of(scene, points)
-    order = np.random.default_rng(1).permutation(40)
-    found = np.empty(40, np.intp)
+    g = np.random.default_rng(1)
+    points, spans, weights = g.standard_normal((40, 9)), g.standard_normal((40, 3, 3)), np.linspace(1, 2, 40)
+    labels, chosen, order = np.arange(40) % 3, np.array([0, 2]), g.permutation(40)
+    spans, found = spans.astype(np.float32), np.empty(40, np.intp)
     found[order] = cut(labels[order], chosen, points[order], weights[order], spans[order], order)
     np.testing.assert_array_equal(found, cut(labels, chosen, points, weights, spans))
