@@ -19,8 +19,8 @@ namespace {
 
 using Color = std::array<double, 3>;
 
-constexpr std::size_t kRowsPerItem = 256;
-constexpr std::size_t kAround = 8;  // neighbors whose mean shift, with its own, is subtracted
+constexpr std::size_t kShiftedPerItem = 256;
+constexpr std::size_t kAveraged = 8;  // neighbors whose mean shift, with its own, is subtracted
 // With `follows`: OKLab chroma of full size (fur and stone have 0.01 to 0.03, skin 0.05 to 0.09, a red shirt 0.2), and
 // factors along and across the direction of a and b, with constant sum of squares.
 constexpr double kColorful = 0.08, kAlong = 1.3, kAcross = 0.55;
@@ -80,13 +80,13 @@ std::vector<double> paint_of(const BrokenColor<T>& query) {
 // Mean shift of each stroke and its neighbors, by their paint.
 template <class T>
 std::vector<Color> means_around(const BrokenColor<T>& query, const std::vector<Color>& shifts) {
-    const std::size_t num = std::min(kAround, query.count - 1);
+    const std::size_t num = std::min(kAveraged, query.count - 1);
     const std::vector<double> points(query.means, query.means + 3 * query.count), paint = paint_of(query);
     std::vector<std::int32_t> neighbors(num * query.count);
     if (num > 0) find_neighbors({points.data(), query.count, num, 3, query.num_threads}, neighbors.data());
     std::vector<Color> means(query.count);
     for (std::size_t i = 0; i < query.count; ++i) {
-        std::array<std::size_t, kAround + 1> rows{i};
+        std::array<std::size_t, kAveraged + 1> rows{i};
         for (std::size_t k = 0; k < num; ++k) rows[k + 1] = static_cast<std::size_t>(neighbors[num * i + k]);
         double total = 0;
         for (std::size_t k = 0; k <= num; ++k) total += paint[rows[k]];
@@ -125,7 +125,7 @@ void break_colors(const BrokenColor<T>& query, T* sh) {
         for (double& value : shifts[i]) value *= room;
     };
     const auto base = [&](std::size_t i) { return sh + 3 * query.sh_terms * i; };
-    for_each_row(query.count, kRowsPerItem, query.num_threads, [&](std::size_t i) {
+    for_each_row(query.count, kShiftedPerItem, query.num_threads, [&](std::size_t i) {
         for (std::size_t k = 0; k < 3; ++k) colors[i][k] = 0.5 + kBand0 * static_cast<double>(base(i)[k]);
         labs[i] = oklab.lab_of(colors[i]);
         const Color normals = normals_of(hashes[i], query.seed);
@@ -133,7 +133,7 @@ void break_colors(const BrokenColor<T>& query, T* sh) {
         limit(i);
     });
     const std::vector<Color> means = means_around(query, shifts);
-    for_each_row(query.count, kRowsPerItem, query.num_threads, [&](std::size_t i) {
+    for_each_row(query.count, kShiftedPerItem, query.num_threads, [&](std::size_t i) {
         Color &shift = shifts[i], &lab = labs[i];
         for (std::size_t k = 0; k < 3; ++k) shift[k] -= means[i][k];
         if (query.follows > 0)

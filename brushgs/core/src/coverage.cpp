@@ -11,7 +11,7 @@ namespace brushgs {
 
 namespace {
 
-constexpr std::size_t kRowsPerItem = 256;
+constexpr std::size_t kCoveredPerItem = 256;
 constexpr double kFarthest = 1e6;    // standard deviations; larger distances are clipped
 constexpr double kRoundOff = 1e-12;  // of the squared area of a needle seen end-on
 
@@ -47,10 +47,10 @@ double cosine_of_normals(const double* axes, std::size_t row, std::size_t other)
 }  // namespace
 
 void cover(const Coverage& query) {
-    const std::size_t num_items = (query.num_rows + kRowsPerItem - 1) / kRowsPerItem;
+    const std::size_t num_items = (query.num_rows + kCoveredPerItem - 1) / kCoveredPerItem;
     parallel_for(num_items, query.num_threads, [&](std::size_t item) {
-        const std::size_t end = std::min((item + 1) * kRowsPerItem, query.num_rows);
-        for (std::size_t i = item * kRowsPerItem; i < end; ++i) {
+        const std::size_t end = std::min((item + 1) * kCoveredPerItem, query.num_rows);
+        for (std::size_t i = item * kCoveredPerItem; i < end; ++i) {
             const auto row = static_cast<std::size_t>(query.rows[i]);
             double passed = 1, touching = 0, parallel = 0;
             for (std::size_t rank = 0; rank < query.num_neighbors; ++rank) {

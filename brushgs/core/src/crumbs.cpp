@@ -11,7 +11,7 @@ namespace brushgs {
 namespace {
 
 constexpr double kHangs = 0.006;         // of the object's height, minimum reach of a crumb below its foot
-constexpr double kReach = 2;             // standard deviations, visible extent of a Gaussian
+constexpr double kVisibleReach = 2;      // standard deviations, visible extent of a Gaussian
 constexpr double kSmeared = 2;           // medians of all vertical extents, minimum of a smeared Gaussian
 constexpr std::size_t kSample = 20'000;  // rows of that median
 // Below the center of a crumb is a quarter of its paint and more; below Gaussians of the foot of a boot, which ends
@@ -61,7 +61,8 @@ std::vector<std::uint8_t> find_crumbs(const SceneView<T>& scene, const double* u
         if (!(above < kAbove / height * static_cast<double>(std::max({scales[0], scales[1], scales[2]})))) continue;
         const Extents extent = extents_of(scene, row, up);
         const double upright = extent.upright / height, level = extent.level / height;
-        const bool hangs = above < kAbove * upright && above - kReach * upright < -kHangs && upright > kSmeared * usual;
+        const bool hangs =
+            above < kAbove * upright && above - kVisibleReach * upright < -kHangs && upright > kSmeared * usual;
         const bool is_below = above + upright < 0;
         if (!hangs || (is_below && !(level > kCoarse) && !(opacity < kFaint))) continue;
         found[row] = 1;

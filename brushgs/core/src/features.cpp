@@ -13,9 +13,9 @@ namespace brushgs {
 
 namespace {
 
-constexpr std::size_t kRowsPerItem = 4096;
+constexpr std::size_t kFeaturesPerItem = 4096;
 constexpr double kMostScale = 2;                          // radii: no more than a contracted scene
-constexpr std::size_t kNeighbors = 16;                    // in a group; 8 and 64 cost up to 0.2 dB on the still life
+constexpr std::size_t kGroupSize = 16;                    // in a group; 8 and 64 cost up to 0.2 dB on the still life
 constexpr double kLeastDetail = 0.01, kMostDetail = 0.1;  // RGB 0 to 1; with at most 0.2 the skull loses 0.2 dB
 constexpr double kLeastWeight = 1e-9;                     // above zero: each Gaussian belongs to a cluster
 
@@ -40,7 +40,7 @@ double deviation(const T* sh, std::size_t stride, const std::uint32_t* rows, std
 
 template <class T>
 void cluster_features(const FeatureQuery<T>& query, float* points) {
-    for_each_row(query.count, kRowsPerItem, query.num_threads, [&](std::size_t i) {
+    for_each_row(query.count, kFeaturesPerItem, query.num_threads, [&](std::size_t i) {
         double place[3];
         const double factor = contract(query.means + 3 * i, query.extent, place);
         float* const point = points + kFeatures * i;
@@ -56,14 +56,14 @@ void cluster_features(const FeatureQuery<T>& query, float* points) {
 template <class T>
 void contract_all(const T* means, std::size_t count, const Extent& extent, int num_threads, double* places,
                   double* factors) {
-    for_each_row(count, kRowsPerItem, num_threads,
+    for_each_row(count, kFeaturesPerItem, num_threads,
                  [&](std::size_t i) { factors[i] = contract(means + 3 * i, extent, places + 3 * i); });
 }
 
 template <class T>
 void feature_spans(const T* quats, const float* points, std::size_t count, std::size_t width, int num_threads,
                    float* spans) {
-    for_each_row(count, kRowsPerItem, num_threads, [&](std::size_t i) {
+    for_each_row(count, kFeaturesPerItem, num_threads, [&](std::size_t i) {
         const auto [w, x, y, z] = unit_quat(quats + 4 * i);
         const double turned[9] = {1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
                                   2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
@@ -77,9 +77,9 @@ template <class T>
 void color_detail(const T* sh, std::size_t sh_terms, const double* places, std::size_t count, int num_threads,
                   double* detail) {
     const auto rows = rows_along_curve(places, count, 3, num_threads);
-    const std::size_t num_groups = std::max<std::size_t>(count / kNeighbors, count > 0 ? 1 : 0);
-    for_each_row(num_groups, kRowsPerItem / kNeighbors, num_threads, [&](std::size_t group) {
-        const std::size_t begin = group * kNeighbors, end = group + 1 == num_groups ? count : begin + kNeighbors;
+    const std::size_t num_groups = std::max<std::size_t>(count / kGroupSize, count > 0 ? 1 : 0);
+    for_each_row(num_groups, kFeaturesPerItem / kGroupSize, num_threads, [&](std::size_t group) {
+        const std::size_t begin = group * kGroupSize, end = group + 1 == num_groups ? count : begin + kGroupSize;
         const double value = deviation(sh, 3 * sh_terms, rows.get() + begin, end - begin);
         for (std::size_t i = begin; i < end; ++i) detail[rows[i]] = value;
     });

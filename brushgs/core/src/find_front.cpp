@@ -17,7 +17,7 @@ using std::numbers::pi;
 
 constexpr double kDegree = pi / 180;
 constexpr std::size_t kViews = 16;  // around the subject
-constexpr int kSide = 112;          // pixels
+constexpr int kFrontSide = 112;     // pixels
 constexpr double kViewElevation = 12 * kDegree;
 constexpr double kOpaque = 0.3;           // alpha from which its depth is a surface; below, nothing is hidden
 constexpr std::size_t kNeighbor = 3;      // pixel distance for coarse contrast: shapes, not noise
@@ -100,8 +100,8 @@ double visible_share(const ViewSample& sample, const ViewCamera& camera, const S
     return visible / std::max(solid, 1.0);
 }
 
-Measures look_from(const ViewSample& sample, const Axes& axes, const std::vector<float>& sizes) {
-    const ViewCamera camera{axes, kSide};
+Measures measures_from(const ViewSample& sample, const Axes& axes, const std::vector<float>& sizes) {
+    const ViewCamera camera{axes, kFrontSide};
     const auto [plain, shaded] = paint_pair(sample, camera, sizes);
     if (plain.num_seen == 0) return {};
     double coarse = 0;
@@ -134,7 +134,7 @@ Around look_around(const ViewSample& sample, const double* level, int num_thread
     const auto sizes = shades_of_size(sample);
     std::array<Measures, kViews> found;
     parallel_for(kViews, num_threads, [&](std::size_t view) {
-        found[view] = look_from(sample, axes_around(level, azimuth_of(view), kViewElevation), sizes);
+        found[view] = measures_from(sample, axes_around(level, azimuth_of(view), kViewElevation), sizes);
     });
     Around around;
     double total = 0;

@@ -21,15 +21,15 @@ namespace {
 using Rows = std::vector<std::uint32_t>;
 
 constexpr std::size_t kMostRows = 60'000;  // that are examined
-constexpr std::size_t kViews = 4;          // around the scene
-constexpr int kSide = 96;                  // pixels
+constexpr std::size_t kViewsAround = 4;    // around the scene
+constexpr int kFramedSide = 96;            // pixels
 constexpr double kMostAround = 2;          // covered pixels around the middle over those of the middle
 constexpr double kVoxels = 64;             // of the dense middle, along the diagonal of the scene
 constexpr double kDenseTail = 0.015;       // share of the weight cut at each end of an axis
 constexpr double kAttachedVoxels = 48;     // along the diagonal of the middle
 constexpr double kFarthest = 0.35;         // longest reach of a tip, in longest sides of the middle
-constexpr double kLargest = 0.05;          // diagonals; larger Gaussians are haze
-constexpr double kFilled = 0.06;           // painted area over that of a voxel's side
+constexpr double kLargestSharp = 0.05;     // diagonals; larger Gaussians are haze
+constexpr double kSolidVoxel = 0.06;       // painted area over that of a voxel's side
 constexpr double kMostOfOne = 0.05;        // of that by one Gaussian
 constexpr double kMargin = 0.05;           // empty share of the picture on each side of the subject
 constexpr double kVisibleSigmas = 2;       // visible extent of a Gaussian
@@ -65,7 +65,7 @@ Rows rows_within(const SceneView<T>& scene, const Bounds& box) {
 
 std::size_t covered(const ViewSample& sample, const Axes& axes) {
     const std::vector<float> shades(sample.count);
-    return paint_shades(sample, {axes, kSide}, shades, shades).num_seen;
+    return paint_shades(sample, {axes, kFramedSide}, shades, shades).num_seen;
 }
 
 // Voxels around the middle of an object.
@@ -118,7 +118,7 @@ public:
                     at[axis] = from[axis] + steps[axis] - 1;  // of a border wraps around, which is outside
                     is_inside = is_inside && at[axis] < shape_[axis];
                 }
-                if (is_inside && paint_[(at[0] * shape_[1] + at[1]) * shape_[2] + at[2]] >= kFilled) reach(at);
+                if (is_inside && paint_[(at[0] * shape_[1] + at[1]) * shape_[2] + at[2]] >= kSolidVoxel) reach(at);
             }
         }
         return is_reached;
@@ -202,9 +202,9 @@ bool has_surroundings(const SceneView<T>& scene, const double* level, int num_th
         add_row(scene, row, growth, all);
         if (inner.holds(scene.means + 3 * std::size_t{row})) add_row(scene, row, growth, part);
     }
-    std::vector<double> ratios(kViews);
-    parallel_for(kViews, num_threads, [&](std::size_t view) {
-        const double azimuth = 2 * std::numbers::pi * static_cast<double>(view) / static_cast<double>(kViews);
+    std::vector<double> ratios(kViewsAround);
+    parallel_for(kViewsAround, num_threads, [&](std::size_t view) {
+        const double azimuth = 2 * std::numbers::pi * static_cast<double>(view) / static_cast<double>(kViewsAround);
         const Axes axes = axes_around(level, azimuth, kElevation);
         const auto of_all = static_cast<double>(covered(all, axes)), of_part = static_cast<double>(covered(part, axes));
         ratios[view] = (of_all - of_part) / std::max(of_part, 1.0);
@@ -255,7 +255,7 @@ std::vector<std::uint32_t> attached_rows(const SceneView<T>& scene, const Bounds
     for (std::size_t axis = 0; axis < 3; ++axis) near.low[axis] -= voxels.border(), near.high[axis] += voxels.border();
     Rows rows;
     for (const std::uint32_t row : rows_within(scene, near))
-        if (!middle.holds(scene.means + 3 * std::size_t{row}) && largest_scale(scene, row) < kLargest * size)
+        if (!middle.holds(scene.means + 3 * std::size_t{row}) && largest_scale(scene, row) < kLargestSharp * size)
             rows.push_back(row);
     const std::vector<T> scales = taken_from(scene.scales, 3, rows);
     std::vector<double> areas(rows.size());

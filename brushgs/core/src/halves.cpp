@@ -11,8 +11,8 @@ namespace brushgs {
 
 namespace {
 
-constexpr std::size_t kGroupsPerItem = 8;
-constexpr double kLeastWeight = 1e-300;
+constexpr std::size_t kHalvedPerItem = 8;
+constexpr double kTiniestWeight = 1e-300;
 
 // The members of one group; kSize features each, or any number where it is 0. Known to the compiler, it saves up to 15
 // %.
@@ -39,7 +39,7 @@ struct Members {
             total += weight(i);
             for (std::size_t k = 0; k < size(); ++k) mean[k] += weight(i) * static_cast<double>(point[k]);
         }
-        total = std::max(total, kLeastWeight);
+        total = std::max(total, kTiniestWeight);
         for (std::size_t k = 0; k < size(); ++k) mean[k] /= total;
         for (std::size_t i = 0; i < count; ++i) {
             const T* point = halving.points + static_cast<std::size_t>(rows[i]) * size();
@@ -82,7 +82,7 @@ struct Members {
         symmetric_eigen(metric, directions, 3);
         const double longest = std::max({metric[0], metric[4], metric[8]});
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double unit = 1 / std::sqrt(std::max({metric[axis * 4], 1e-12 * longest, kLeastWeight}));
+            const double unit = 1 / std::sqrt(std::max({metric[axis * 4], 1e-12 * longest, kTiniestWeight}));
             for (std::size_t p = 0; p < 3; ++p)
                 for (std::size_t q = 0; q < 3; ++q)
                     factors[p * 3 + q] += directions[p * 3 + axis] * unit * directions[q * 3 + axis];
@@ -125,7 +125,7 @@ struct Members {
             for (std::size_t k = 0; k < size(); ++k) means[is_second[i]][k] += weight(i) * away[i * size() + k];
         }
         for (std::size_t half = 0; half < 2; ++half)
-            for (std::size_t k = 0; k < size(); ++k) means[half][k] /= std::max(totals[half], kLeastWeight);
+            for (std::size_t k = 0; k < size(); ++k) means[half][k] /= std::max(totals[half], kTiniestWeight);
         for (std::size_t i = 0; i < count; ++i) {
             double distances[2] = {};
             for (std::size_t half = 0; half < 2; ++half)
@@ -158,11 +158,11 @@ struct Members {
 
 template <class T, std::size_t kSize>
 void halve_all(const Halving<T>& halving) {
-    const std::size_t num_items = (halving.num_groups + kGroupsPerItem - 1) / kGroupsPerItem;
+    const std::size_t num_items = (halving.num_groups + kHalvedPerItem - 1) / kHalvedPerItem;
     parallel_for(num_items, halving.num_threads, [&](std::size_t item) {
         std::vector<double> offsets;
-        const std::size_t end = std::min((item + 1) * kGroupsPerItem, halving.num_groups);
-        for (std::size_t group = item * kGroupsPerItem; group < end; ++group)
+        const std::size_t end = std::min((item + 1) * kHalvedPerItem, halving.num_groups);
+        for (std::size_t group = item * kHalvedPerItem; group < end; ++group)
             Members<T, kSize>(halving, group, offsets).halve();
     });
 }

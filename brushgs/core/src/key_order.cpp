@@ -11,7 +11,7 @@ namespace brushgs {
 
 namespace {
 
-constexpr std::size_t kRowsPerItem = 65536;  // work handed to a thread at a time, some 0.3 ms
+constexpr std::size_t kKeysPerItem = 65536;  // work handed to a thread at a time, some 0.3 ms
 
 constexpr double kMostMorton = (1 << 21) - 1;  // of a number of 21 bits
 
@@ -51,11 +51,11 @@ Buffer<std::uint32_t> rows_by_key(const std::uint64_t* keys, std::size_t count, 
     const std::uint64_t smallest = *low;
     const int shift = std::max(0, static_cast<int>(std::bit_width(*high - smallest)) - 32);
     const auto memory = make_buffer<Entry>(2 * count);
-    for_each_row(count, kRowsPerItem, num_threads, [&](std::size_t i) {
+    for_each_row(count, kKeysPerItem, num_threads, [&](std::size_t i) {
         memory[i] = {static_cast<std::uint32_t>((keys[i] - smallest) >> shift), static_cast<std::uint32_t>(i)};
     });
     const auto sorted = radix_sort<Entry>({memory.get(), count}, {memory.get() + count, count}, num_threads);
-    for_each_row(count, kRowsPerItem, num_threads, [&](std::size_t i) { rows[i] = sorted[i].row; });
+    for_each_row(count, kKeysPerItem, num_threads, [&](std::size_t i) { rows[i] = sorted[i].row; });
     if (shift == 0) return rows;
     const auto is_before = [=](std::uint32_t a, std::uint32_t b) {
         return keys[a] < keys[b] || (keys[a] == keys[b] && a < b);
@@ -75,7 +75,7 @@ void keys_of(const double* values, std::size_t count, std::uint64_t* keys) {
 template <class T>
 void morton_keys(const T* points, std::size_t count, const double* low, double step, int num_threads,
                  std::uint64_t* keys) {
-    for_each_row(count, kRowsPerItem, num_threads,
+    for_each_row(count, kKeysPerItem, num_threads,
                  [=](std::size_t i) { keys[i] = morton_key(points + 3 * i, 3, low, step); });
 }
 
@@ -94,7 +94,7 @@ Buffer<std::uint32_t> rows_along_curve(const T* points, std::size_t count, std::
     }
     const double step = extent > 0 ? kMostMorton / extent : 0;
     const auto keys = make_buffer<std::uint64_t>(count);
-    for_each_row(count, kRowsPerItem, num_threads,
+    for_each_row(count, kKeysPerItem, num_threads,
                  [&](std::size_t i) { keys[i] = morton_key(points + i * num_dimensions, width, low, step); });
     return rows_by_key(keys.get(), count, num_threads);
 }

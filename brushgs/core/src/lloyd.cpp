@@ -23,7 +23,7 @@ constexpr std::size_t kNumStartRounds = std::size(kStartRounds);
 constexpr std::size_t kMoreRounds = 8;  // at most, to replace duplicate centers of earlier rounds, of equal points
 constexpr std::size_t kOneByOne = 32;   // up to this number each gets its own round: few must not share an island
 
-constexpr std::size_t kRowsPerItem = 1 << 15;
+constexpr std::size_t kMovedPerItem = 1 << 15;
 
 // The center nearest to each point, and what is to be known of the points of each center.
 struct Assigned {
@@ -195,7 +195,7 @@ struct Ordered {
           weights(make_buffer<double>(from.num_points)),
           all{points.get(), weights.get(), from.num_points, from.num_dimensions} {
         const std::size_t width = from.num_dimensions;
-        for_each_row(from.num_points, kRowsPerItem, num_threads, [&](std::size_t i) {
+        for_each_row(from.num_points, kMovedPerItem, num_threads, [&](std::size_t i) {
             std::copy_n(from.points + order[i] * width, width, points.get() + i * width);
             weights[i] = from.weights[order[i]];
         });

@@ -17,7 +17,7 @@ namespace {
 
 using Doubles = std::vector<double>;
 
-constexpr std::size_t kGroupsPerItem = 256;
+constexpr std::size_t kMergedPerItem = 256;
 
 // The rows of each label.
 struct Groups {
@@ -37,7 +37,7 @@ struct Groups {
 
 // Weights over their sum by label; equal weights if that sum is zero.
 void to_shares(const Groups& groups, int num_threads, Doubles& weights) {
-    for_each_row(groups.count(), kGroupsPerItem, num_threads, [&](std::size_t group) {
+    for_each_row(groups.count(), kMergedPerItem, num_threads, [&](std::size_t group) {
         const std::int32_t* const begin = groups.rows.data() + groups.begins[group];
         const std::int32_t* const end = begin + groups.size(group);
         double total = 0;
@@ -117,7 +117,7 @@ Shapes shapes_of(const Cover<T>& query, const Groups& groups, const Doubles& sha
                  .num_strokes = num,
                  .num_threads = threads,
                  .growth = more.data()});
-    for_each_row(num, kGroupsPerItem, threads, [&](std::size_t group) {
+    for_each_row(num, kMergedPerItem, threads, [&](std::size_t group) {
         if (more[group] == 0) return;
         spread(group, query.overlap + more[group]);
         principal_axes(&covariances[9 * group], 1, 1, &found.scales[3 * group], &found.axes[9 * group]);
@@ -154,7 +154,7 @@ void cover_members(const Cover<T>& query, const MergeColumns<T>& merged) {
     to_shares(groups, threads, shares);
     const Doubles sh = sums_of(members.sh, width, shares, groups, threads);
     constexpr auto largest = static_cast<double>(std::numeric_limits<T>::max());  // scales grow
-    for_each_row(num, kGroupsPerItem, threads, [&](std::size_t group) {
+    for_each_row(num, kMergedPerItem, threads, [&](std::size_t group) {
         if (groups.size(group) == 1) {
             copy_row(members, groups.first(group), width, merged, group);
             return;

@@ -9,7 +9,7 @@ namespace brushgs {
 
 namespace {
 
-constexpr std::size_t kPixelsPerItem = 8192, kRowsPerItem = 32;
+constexpr std::size_t kPixelsPerItem = 8192, kLinesPerItem = 32;
 
 // The entry at or below a value from 0 to 1; the first for what is not a number.
 float at(const float* table, std::size_t size, float value) {
@@ -41,9 +41,9 @@ void oklab_planes(const OklabTables& tables, const float* rgb, std::size_t count
 
 void seen_planes(const OklabTables& tables, const PlainPicture& picture, int num_threads, float* planes) {
     const std::size_t height = (picture.height + 1) / 2, width = (picture.width + 1) / 2, count = height * width;
-    parallel_for((height + kRowsPerItem - 1) / kRowsPerItem, num_threads, [&](std::size_t item) {
-        const std::size_t end = std::min((item + 1) * kRowsPerItem, height);
-        for (std::size_t y = item * kRowsPerItem; y < end; ++y)
+    parallel_for((height + kLinesPerItem - 1) / kLinesPerItem, num_threads, [&](std::size_t item) {
+        const std::size_t end = std::min((item + 1) * kLinesPerItem, height);
+        for (std::size_t y = item * kLinesPerItem; y < end; ++y)
             for (std::size_t x = 0; x < width; ++x) {
                 const std::size_t above = 2 * y * picture.width, left = 2 * x;
                 const std::size_t below = std::min(2 * y + 1, picture.height - 1) * picture.width;
@@ -65,9 +65,9 @@ void seen_planes(const OklabTables& tables, const PlainPicture& picture, int num
 
 void seen_errors(const SeenErrors& query) {
     const std::size_t height = (query.height + 1) / 2, width = (query.width + 1) / 2, count = height * width;
-    parallel_for((height + kRowsPerItem - 1) / kRowsPerItem, query.num_threads, [&](std::size_t item) {
-        const std::size_t end = std::min((item + 1) * kRowsPerItem, height);
-        for (std::size_t y = item * kRowsPerItem; y < end; ++y)
+    parallel_for((height + kLinesPerItem - 1) / kLinesPerItem, query.num_threads, [&](std::size_t item) {
+        const std::size_t end = std::min((item + 1) * kLinesPerItem, height);
+        for (std::size_t y = item * kLinesPerItem; y < end; ++y)
             for (std::size_t x = 0; x < width; ++x) {
                 double error = 0;
                 for (std::size_t first = y * width + x; first < 6 * count; first += 3 * count) {

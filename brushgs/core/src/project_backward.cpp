@@ -10,7 +10,7 @@ namespace brushgs {
 
 namespace {
 
-constexpr std::size_t kRowsPerItem = 512;      // work handed to a thread at a time, some 100 us
+constexpr std::size_t kReversedPerItem = 512;  // work handed to a thread at a time, some 100 us
 constexpr std::size_t kBoxesPerThread = 1000;  // with fewer, starting a thread costs more than it saves
 
 // Whether the loss depends on a box at all. Many strokes are hidden by others: of 150,000 more than half.
@@ -43,8 +43,8 @@ void project_backward(const GaussianColumns<T>& gaussians, const ProjectParams& 
             box_of_row[static_cast<std::size_t>(boxes.ids[box])] =
                 has_gradient(boxes, box) ? static_cast<std::uint32_t>(box) : kNoBox;
     });
-    parallel_for((gaussians.count + kRowsPerItem - 1) / kRowsPerItem, num_threads, [&](std::size_t item) {
-        const std::size_t begin = item * kRowsPerItem, end = std::min(begin + kRowsPerItem, gaussians.count);
+    parallel_for((gaussians.count + kReversedPerItem - 1) / kReversedPerItem, num_threads, [&](std::size_t item) {
+        const std::size_t begin = item * kReversedPerItem, end = std::min(begin + kReversedPerItem, gaussians.count);
         rows(gaussians, params, boxes, box_of_row.get(), gradients, begin, end);
     });
 }

@@ -14,11 +14,11 @@ namespace brushgs {
 
 namespace {
 
-constexpr std::size_t kMostListed = 32;       // points that need more search the tree
-constexpr std::size_t kLanes = 4;             // listed centers that are compared at once
-constexpr std::size_t kFewPoints = 8;         // in a group of so many each searches the tree: a list costs more
-constexpr std::size_t kPointsPerItem = 4096;  // work handed to a thread at a time, about
-constexpr double kRoundOff = 1e-9;            // relative, of distances: far more than they can have
+constexpr std::size_t kMostListed = 32;         // points that need more search the tree
+constexpr std::size_t kLanes = 4;               // listed centers that are compared at once
+constexpr std::size_t kFewPoints = 8;           // in a group of so many each searches the tree: a list costs more
+constexpr std::size_t kSearchedPerItem = 4096;  // work handed to a thread at a time, about
+constexpr double kRoundOff = 1e-9;              // relative, of distances: far more than they can have
 
 // The centers around another, nearest first, within a radius: `kMostListed` at most.
 struct Around {
@@ -93,7 +93,7 @@ bool Around::compare(const double* point, double own, std::size_t num_dimensions
 // Calls `work(group)` for all groups, spread over threads.
 template <class Work>
 void for_groups(const PointGroups& groups, int num_threads, const Work& work) {
-    const std::size_t groups_per_item = kPointsPerItem / (groups.num_points / groups.num_groups + 1) + 1;
+    const std::size_t groups_per_item = kSearchedPerItem / (groups.num_points / groups.num_groups + 1) + 1;
     parallel_for((groups.num_groups + groups_per_item - 1) / groups_per_item, num_threads, [&](std::size_t item) {
         const std::size_t end = std::min((item + 1) * groups_per_item, groups.num_groups);
         for (std::size_t group = item * groups_per_item; group < end; ++group) work(group);

@@ -11,9 +11,9 @@ namespace brushgs {
 
 namespace {
 
-constexpr double kBlur = 1.5, kNearly = 0.8;     // pixels, of an outline; share of the subject around its pixels
-constexpr std::size_t kBorder = 3;               // pixels of the picture without outlines
-constexpr double kDarkest = 0.30, kStep = 0.04;  // candidates for table and wall
+constexpr double kOutlineBlur = 1.5, kNearly = 0.8;  // pixels, of an outline; share of the subject around its pixels
+constexpr std::size_t kBorder = 3;                   // pixels of the picture without outlines
+constexpr double kDarkestTone = 0.30, kStep = 0.04;  // candidates for table and wall
 constexpr std::size_t kCandidates = 13;
 constexpr double kSlopes[] = {-0.14, -0.07, 0.0, 0.07, 0.14};
 // Costs, in shares of an outline that stands out: of a wall away from middle tones, of a slope, of an unusual
@@ -120,7 +120,7 @@ Outline outline_in(const OutlineView& view, const Place& place, const ProfileVie
         for (std::size_t k = 0; k < 3; ++k) planes[1 + k][i] = mask[i] * view.rgb[3 * i + k];
         planes[4][i] = mask[i];
     }
-    for (auto& plane : planes) blur_map(height, width, kBlur, plane.data());
+    for (auto& plane : planes) blur_map(height, width, kOutlineBlur, plane.data());
     Outline outline;
     for (std::size_t row = kBorder; row + kBorder < height; ++row) {
         for (std::size_t column = kBorder; column + kBorder < width; ++column) {
@@ -143,7 +143,7 @@ StageTones choose_tones(const Outline& outline, const ToneChoice& choice) {
     double most = -std::numeric_limits<double>::infinity();
     std::vector<double> tables, walls;
     for (std::size_t i = 0; i < kCandidates; ++i) {
-        const double lightness = kDarkest + kStep * static_cast<double>(i);
+        const double lightness = kDarkestTone + kStep * static_cast<double>(i);
         if (choice.ground == nullptr) tables.push_back(lightness);
         if (lightness >= choice.low && lightness <= choice.high) walls.push_back(lightness);
     }

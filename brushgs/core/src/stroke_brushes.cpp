@@ -23,7 +23,7 @@ using Rows = std::vector<std::uint8_t>;
 
 constexpr std::size_t kAround = 16;   // nearest neighbors
 constexpr std::size_t kCompared = 6;  // of them, for comparison
-constexpr int kRounds = 2;            // of means over the neighbors and the stroke itself
+constexpr int kMeanRounds = 2;        // of means over the neighbors and the stroke itself
 // Differences in normal (1 - |cos|), color (OKLab) and logarithm of size that are clipped: of two objects.
 constexpr std::array<double, 3> kFar{0.8, 0.15, 1};
 // Mean differences, in these units, at which roughness begins and is full; and their weights.
@@ -102,7 +102,7 @@ Doubles roughness_of(const BrushedStrokes<T>& strokes) {
             found[i] += kWeights[kind] * std::clamp((mean - kNone[kind]) / (kFull[kind] - kNone[kind]), 0.0, 1.0);
         }
     }
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kMeanRounds; ++round) {
         const Doubles before = found;
         for (std::size_t i = 0; i < strokes.count; ++i) {
             for (std::size_t k = 0; k < num; ++k) found[i] += before[static_cast<std::size_t>(neighbors[num * i + k])];

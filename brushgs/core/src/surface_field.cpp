@@ -22,16 +22,16 @@ namespace {
 
 using Doubles = std::vector<double>;
 
-constexpr std::size_t kRowsPerItem = 256;
-constexpr std::size_t kNeighbors = 20;
+constexpr std::size_t kFieldsPerItem = 256;
+constexpr std::size_t kFieldNeighbors = 20;
 constexpr double kSurface =
     0.6;  // share of the Gaussians used, those with the most paint: the others are mostly hidden
 constexpr double kFarthest = 1e6;  // scene radii; larger distances are clipped
 // Step of color across a stroke with weight 1/2, CIELAB / 100: 3 units are just visible side by side.
 constexpr double kHalfStep = 0.03;
-constexpr double kFlatness = 0.02;       // of the spread of neighbors, added to it: against neighbors on a line
-constexpr double kLong[2] = {0.5, 0.9};  // 1 - smaller / larger spread of elongated neighbors; 0.4 by chance
-constexpr double kLeastSpread = 1e-12;   // squared distances of the farthest neighbor
+constexpr double kFlatness = 0.02;            // of the spread of neighbors, added to it: against neighbors on a line
+constexpr double kElongated[2] = {0.5, 0.9};  // 1 - smaller / larger spread of elongated neighbors; 0.4 by chance
+constexpr double kLeastSpread = 1e-12;        // squared distances of the farthest neighbor
 
 // Of the Gaussians of the surface. Positions are in scene radii from the center.
 struct Points {
@@ -81,7 +81,7 @@ void find_colors(const SurfaceQuery<T>& gaussians, const std::vector<std::int32_
     std::vector<std::uint8_t> is_used(points.rows.size());
     for (const std::int32_t row : found) is_used[static_cast<std::size_t>(row)] = 1;
     points.colors.resize(3 * points.rows.size());
-    for_each_row(points.rows.size(), kRowsPerItem, num_threads, [&](std::size_t i) {
+    for_each_row(points.rows.size(), kFieldsPerItem, num_threads, [&](std::size_t i) {
         if (is_used[i] == 0) return;
         const T* const sh = gaussians.sh + 3 * gaussians.sh_terms * points.rows[i];
         std::ranges::copy(cielab_of(sh, gaussians.xyz_over_white), &points.colors[3 * i]);
@@ -90,10 +90,10 @@ void find_colors(const SurfaceQuery<T>& gaussians, const std::vector<std::int32_
 
 // The Gaussians around one stroke: weights of sum 1 or 0, offsets and colors from their weighted means.
 struct Near {
-    double weights[kNeighbors], offsets[kNeighbors][3], colors[kNeighbors][3];
+    double weights[kFieldNeighbors], offsets[kFieldNeighbors][3], colors[kFieldNeighbors][3];
     std::size_t count;
 
-    void center(double (&values)[kNeighbors][3]) const {
+    void center(double (&values)[kFieldNeighbors][3]) const {
         double mean[3] = {};
         for (std::size_t j = 0; j < count; ++j)
             for (std::size_t k = 0; k < 3; ++k) mean[k] += weights[j] * values[j][k];
@@ -159,7 +159,7 @@ template <class T>
 SurfaceField surface_field(const std::vector<StrokePlane>& planes, const SurfaceQuery<T>& gaussians, int num_threads) {
     const std::size_t count = planes.size();
     Points points = points_of(gaussians, num_threads);
-    const std::size_t num_near = std::min(kNeighbors, points.rows.size());
+    const std::size_t num_near = std::min(kFieldNeighbors, points.rows.size());
     Doubles places(3 * count), distances(num_near * count);
     std::vector<std::int32_t> found(num_near * count);
     for (std::size_t i = 0; i < count; ++i) points.put(planes[i].mean, &places[3 * i]);
@@ -167,7 +167,7 @@ SurfaceField surface_field(const std::vector<StrokePlane>& planes, const Surface
                  distances.data(), found.data());
     find_colors(gaussians, found, num_threads, points);
     SurfaceField field{std::vector<Pair>(count), std::vector<Pair>(count)};
-    for_each_row(count, kRowsPerItem, num_threads, [&](std::size_t i) {
+    for_each_row(count, kFieldsPerItem, num_threads, [&](std::size_t i) {
         const double farthest = distances[num_near * (i + 1) - 1], reach = farthest > 0 ? farthest : 1;
         const Near near =
             near_of(points, &places[3 * i], &distances[num_near * i], &found[num_near * i], num_near, reach);
@@ -180,7 +180,7 @@ SurfaceField surface_field(const std::vector<StrokePlane>& planes, const Surface
         const UnitPair extent(pair_of(moments.xx, moments.xy, moments.yy));
         const double sum = moments.xx + moments.yy;
         const double widest = 0.5 * (sum + extent.weight), narrow = 0.5 * (sum - extent.weight);
-        const double is_long = ramp(extent.weight / std::max(widest, kLeastSpread), kLong[0], kLong[1]);
+        const double is_long = ramp(extent.weight / std::max(widest, kLeastSpread), kElongated[0], kElongated[1]);
         const double is_flat = 1 - std::min(moments.zz / std::max(narrow, kLeastSpread), 1.0);
         field.extent[i] = {extent.pair.x * is_long * is_flat, extent.pair.y * is_long * is_flat};
     });

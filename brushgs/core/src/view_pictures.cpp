@@ -15,7 +15,7 @@ namespace {
 
 // A picture costs 0.2 us per row and hardly anything per pixel. With 100,000 rows up and front of 13 scenes are the
 // same, in 2.5 times the time; probabilities differ by at most 0.03, the chair's by 0.2.
-constexpr std::size_t kMostRows = 30'000;
+constexpr std::size_t kMostPainted = 30'000;
 constexpr double kFaintest = 0.02;  // opacity: below, haze
 constexpr double kDistance = 4;     // of the camera from the middle, in radii
 constexpr double kFilled = 0.95;    // share of the picture filled by the sphere around the sample
@@ -145,7 +145,7 @@ ViewSample take_view_sample(const SceneView<T>& scene) {
     sample.radius = 0.5 * std::sqrt(squares);
     if (!(sample.radius > 0)) return sample;
     const auto rows = visible_rows(scene, low, high, sample.radius);
-    const auto chosen = thinned(rows.size(), kMostRows);
+    const auto chosen = thinned(rows.size(), kMostPainted);
     sample.num_rows = rows.size();
     const double growth = std::sqrt(static_cast<double>(rows.size()) / static_cast<double>(chosen.size()));
     for (const std::uint32_t place : chosen) add_row(scene, rows[place], growth, sample);
