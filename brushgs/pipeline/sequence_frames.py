@@ -11,12 +11,12 @@ from brushgs.formats.registry import holds_depth
 from brushgs.options.clip import ClipConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import GrowConfig, SequenceConfig
+from brushgs.pipeline.backdrop import for_film, in_one_order
 from brushgs.pipeline.film_track import FilmTrack
 from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.pipeline.hand import open_hand
-from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.prepare import Prepared
-from brushgs.rendering.fixed_order import mean_distances
+from brushgs.rendering.growing import GrowingPainting
 from brushgs.values.arrays import Array
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.shot import Origin
@@ -24,7 +24,6 @@ from brushgs.values.shot import Origin
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
     from brushgs.rendering.canvas import Painting
-    from brushgs.rendering.coat import Coat
     from brushgs.rendering.hand import Hand
     from brushgs.rendering.project import Directions
     from brushgs.rendering.track import Track
@@ -66,32 +65,27 @@ class SequenceFrames:
 
     @cached_property
     def painting(self) -> "Painting":
-        """The painting, with the strokes around a subject in one order for all frames.
+        """The painting as this film shows it."""
+        painting = self.prepared.painting
+        return painting if self.hand is not None else for_film(painting, self.config, self.path.cameras)
 
-        In soft order, with underpaint, they take 3.5 to 4 times as long. Films by hand move strokes, layers
-        of a file need their depths, and films that must match pictures take the order of these.
-        """
-        painting, draw, output = self.prepared.painting, self.config.draw, self.config.output
-        matches = draw.order is not None or draw.lock == "canonical" or output.all_layers or output.deep
-        if matches or self.prepared.growth is not None or self.hand is not None:
-            return painting
-
-        def fixed(coat: "Coat") -> "Coat":
-            is_plain = coat.blend == "cover" and coat.tolerance is None and not coat.needs_depth
-            if coat.name != BACKDROP or not is_plain or coat.options.order != "soft":
-                return coat
-            return replace(coat, distances=mean_distances(coat.strokes.means, self.path.cameras))
-
-        return replace(painting, coats=tuple(map(fixed, painting.coats)))
+    @cached_property
+    def growth(self) -> "GrowingPainting | None":
+        """How it grows; None if it does not."""
+        growth = self.prepared.growth
+        if growth is None or self.painting is self.prepared.painting:
+            return growth
+        coats = (replace(one, coat=in_one_order(one.coat, self.path.cameras)) for one in growth.coats)
+        return GrowingPainting(self.painting, tuple(coats))
 
     def painter(self, kind: FrameKind) -> FramePainter:
         """The painter of every frame."""
         has_depth = kind.suffix is not None and holds_depth(f"a{kind.suffix}")
-        painting = self.prepared.painting if has_depth else self.painting
-        background = self.prepared.background
+        shown = self.prepared if has_depth else self
+        painting, growth, background = shown.painting, shown.growth, self.prepared.background
         fade = 0.0 if self.growing is None else self.growing.fade
         takes_light = self.prepared.moving is None or self.prepared.moving.takes_light
-        return FramePainter(painting, background, kind, self.prepared.growth, fade, takes_light, self.hand)
+        return FramePainter(painting, background, kind, growth, fade, takes_light, self.hand)
 
     def small(self, side: int) -> Iterator[Array]:
         """The frames, small and flat, on the mean color of their background, painted on demand."""

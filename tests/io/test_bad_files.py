@@ -6,7 +6,7 @@ import pytest
 import brushgs.formats.files
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse, refuse_bytes
+from tests.kit.refusals import refuse, refuse_bytes
 
 FACES = (b"element face 2\nproperty list uchar int vertex_indices\n", (b"\x03" + b"\0" * 12) * 2)
 

@@ -9,7 +9,7 @@ from brushgs import SceneError, SceneWarning
 from brushgs.formats import load_cameras
 from brushgs.formats.cameras.read import read_cameras
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse, refuse_bytes
+from tests.kit.refusals import refuse, refuse_bytes
 
 # A camera at (1, 2, 3) that looks along world +x; its picture has world +z up.
 FORWARD, RIGHT, UP = np.array([1.0, 0, 0]), np.array([0, -1.0, 0]), np.array([0, 0, 1.0])

@@ -17,7 +17,7 @@ from brushgs.options.sequence import PathConfig
 from brushgs.values.camera import Camera
 from tests.kit.for_each import for_each
 from tests.kit.json_changes import with_value
-from tests.kit.refused import refuse, refuse_bytes
+from tests.kit.refusals import refuse, refuse_bytes
 
 SCENE_FROM_LICHTFELD = np.diag([1.0, -1.0, -1.0])  # y up, z backward -> y down, z forward
 SCENE_FROM_SUPERSPLAT = np.diag([-1.0, -1.0, 1.0])  # half a turn about z

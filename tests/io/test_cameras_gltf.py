@@ -16,7 +16,7 @@ from tests.io.camera_models import LENS, CameraModel, moving_model, write
 from tests.io.scenes.test_gltf_write import chunks_of, write_chunks
 from tests.io.scenes.test_written import make
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse, refuse_bytes
+from tests.kit.refusals import refuse, refuse_bytes
 
 FLIP = np.diag([1.0, -1.0, -1.0])  # from axes x right, y up, z backward to x right, y down, z forward
 

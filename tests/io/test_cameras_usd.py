@@ -10,7 +10,7 @@ from brushgs.formats import load_cameras
 from brushgs.formats import usd as process
 from brushgs.formats.cameras.read import read_cameras
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse, refuse_bytes
+from tests.kit.refusals import refuse, refuse_bytes
 
 pytest.importorskip("pxr")
 from pxr import Gf, Sdf, Usd, UsdGeom

@@ -14,7 +14,7 @@ from brushgs.formats import load_cameras
 from brushgs.formats.cameras.colmap import MODELS
 from brushgs.values.quats import rotation_matrices
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 
 NUMBER_OF = {name: number for number, (name, _) in enumerate(MODELS)}
 PINHOLE = (1, "PINHOLE", 640, 480, (500.0, 510.0, 300.5, 250.25))

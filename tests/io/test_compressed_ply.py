@@ -5,7 +5,7 @@ import numpy as np
 from brushgs.formats import load, read_scene
 from tests.io.ply_maker import element_bytes, write_ply_file
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse_bytes
+from tests.kit.refusals import refuse_bytes
 
 SH_C0 = 0.5 / np.sqrt(np.pi)
 PACKED = dict.fromkeys(("packed_position", "packed_rotation", "packed_scale", "packed_color"), "uint")

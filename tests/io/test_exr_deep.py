@@ -14,7 +14,7 @@ from brushgs.formats.pictures.images import read_image, write_frame
 from brushgs.values.layers import DeepSamples
 from brushgs.values.shot import Shot
 from tests.io.exr_reader import read_header
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 
 
 def make_frame(height: int = 9, width: int = 13, most: int = 6, seed: int = 0) -> Frame:

@@ -4,7 +4,7 @@ import json
 
 from brushgs.formats.guides import MAX_LINE, read_guides
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse, refuse_bytes
+from tests.kit.refusals import refuse, refuse_bytes
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 1 2 0\n"
 

@@ -20,7 +20,7 @@ from brushgs.formats.table import FORMATS, VIDEO_CODECS
 from brushgs.options.choices import Codec
 from brushgs.values.colors import srgb_from_linear
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse, refuse_bytes
+from tests.kit.refusals import refuse, refuse_bytes
 
 
 def make_frame(height: int = 5, width: int = 7, *, depth: bool = False) -> Frame:

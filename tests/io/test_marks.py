@@ -11,7 +11,7 @@ from brushgs.values.marks import Overpaint
 from tests.io.marks_maker import example
 from tests.io.test_images import png
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse_bytes
+from tests.kit.refusals import refuse_bytes
 
 
 def columns(found: Overpaint) -> dict[str, np.ndarray]:

@@ -21,7 +21,7 @@ from brushgs.pipeline.views import choose_camera, choose_first_view
 from tests.first_view.scenes import about
 from tests.io.ply_maker import element_bytes, write_ply_file
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 from tests.scenes import still_life_of
 
 WIDTH, HEIGHT, FOCAL = 96, 64, 80.0

@@ -11,7 +11,7 @@ import brushgs as bg
 from brushgs.cli import main, parser
 from brushgs.formats import read_scene, registry
 from brushgs.options import look
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 from tests.scenes import still_life_of
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "format_plugin"

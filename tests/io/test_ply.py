@@ -8,7 +8,7 @@ from brushgs import Gaussians, SceneWarning
 from brushgs.formats import load, read_scene
 from tests.io.ply_maker import decoded, element_bytes, scene_columns, write_ply_file, write_scene
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 
 # exp and the logistic function in float32: a few units in the last place.
 RTOL = 4 * np.finfo(np.float32).eps

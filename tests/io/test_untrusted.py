@@ -22,7 +22,7 @@ from tests.io import test_cameras, test_colmap, test_compressed_ply
 from tests.io.ply_maker import element_bytes, scene_columns, write_ply_file, write_scene
 from tests.io.test_images import png, write_raw
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse, refuse_bytes
+from tests.kit.refusals import refuse, refuse_bytes
 
 HEAD = b"ply\nformat binary_little_endian 1.0\n"
 

@@ -42,10 +42,9 @@ std::string quoted(std::string_view text, std::size_t most) {
 }
 
 void read_splat(std::string_view bytes, SceneColumns& out) {
-    if (const std::size_t more = bytes.size() % kSplatRow) {
-        out.fault = "the bytes of a .splat scene must be a multiple of 32, got " + std::to_string(bytes.size()) + ", " +
-                    std::to_string(more) + " more than whole Gaussians take; it is cut off or of another format: " +
-                    "copy or download it again";
+    if (bytes.size() % kSplatRow != 0) {
+        out.fault = "the bytes of a .splat scene must be a multiple of 32, got " + std::to_string(bytes.size()) +
+                    "; it is cut off or of another format: copy or download it again";
         return;
     }
     reserve(out, bytes.size() / kSplatRow);

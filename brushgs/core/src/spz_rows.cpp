@@ -23,8 +23,7 @@ constexpr unsigned kLatest = 4;                                        // versio
 constexpr unsigned kAntialiased = 1, kHasExtensions = 2, kTree = 128;  // flags
 constexpr unsigned kCoordinateSystem = 0xadbe0003, kNumSystems = 17;
 constexpr std::array<std::size_t, 6> kOddInX{3, 4, 7, 10, 13, 15};  // basis functions that change sign with x
-constexpr const char* kAgain = "; copy or download it again";
-constexpr const char* kDamaged = "; the header is damaged: copy or export it again";
+constexpr const char* kAgain = "; download or copy it again";
 
 std::uint32_t word_at(const char* place) {
     std::uint32_t word;
@@ -73,10 +72,12 @@ std::string fault_of(const Header& header, bool was_gzip) {
         return "is an SPZ scene of version 4 within gzip data; unpack it with gunzip";
     if (header.num_rows == 0) return "holds no Gaussians: its header says 0; export the scene again";
     if (header.degree > kMostDegree) {
-        return "spherical harmonics must have a degree from 0 to 4, got " + std::to_string(header.degree) + kDamaged;
+        return "is damaged: spherical harmonics must have a degree from 0 to 4, got " + std::to_string(header.degree) +
+               kAgain;
     }
     if (header.bits > kMostBits) {
-        return "positions must have at most 24 fractional bits, got " + std::to_string(header.bits) + kDamaged;
+        return "is damaged: positions must have at most 24 fractional bits, got " + std::to_string(header.bits) +
+               kAgain;
     }
     if ((header.flags & kTree) != 0 && header.version < kLatest)
         return "holds a tree of levels of detail; export the scene without levels of detail";
@@ -217,11 +218,12 @@ std::vector<char> unpacked(const Header& header, std::string_view content, std::
         std::memcpy(sizes, content.data() + table + number * kStreamSize, sizeof sizes);
         const std::uint64_t size = std::uint64_t{width} * header.num_rows;
         if (sizes[1] != size) {
-            out.fault = "stream " + std::to_string(number) + " must hold " + std::to_string(size) + " bytes for " +
-                        std::to_string(header.num_rows) + " Gaussians, got " + std::to_string(sizes[1]) + kDamaged;
+            out.fault = "is damaged: stream " + std::to_string(number) + " must hold " + std::to_string(size) +
+                        " bytes for " + std::to_string(header.num_rows) + " Gaussians, got " +
+                        std::to_string(sizes[1]) + kAgain;
         } else if (sizes[0] > streams.size()) {
-            out.fault = "is cut off " + std::to_string(sizes[0] - streams.size()) + " bytes before the end of stream " +
-                        std::to_string(number) + kAgain;
+            out.fault = "is cut off: " + std::to_string(sizes[0] - streams.size()) +
+                        " bytes before the end of stream " + std::to_string(number) + kAgain;
         } else if (unpack_zstd(streams.data(), static_cast<std::size_t>(sizes[0]), to,
                                static_cast<std::size_t>(size) + kMostOfBlock) != size) {
             out.fault = std::string("cannot be decompressed; it is cut off or damaged") + kAgain;
@@ -236,21 +238,21 @@ std::vector<char> unpacked(const Header& header, std::string_view content, std::
 
 void read_latest(const Header& header, std::string_view content, SceneColumns& out) {
     if (content.size() < kLatestHeaderSize) {
-        out.fault = std::string("is cut off within its header") + kAgain;
+        out.fault = std::string("is cut off: within its header") + kAgain;
         return;
     }
     const std::uint64_t table = word_at(content.data() + kHeaderSize);
     const std::size_t stated = byte_at(content.data() + kHeaderSize - 1);
     if (table < kLatestHeaderSize || table + stated * kStreamSize > content.size()) {
-        out.fault = "is cut off or damaged: its table of contents is said to begin at byte " + std::to_string(table) +
-                    " of " + std::to_string(content.size()) + kAgain;
+        out.fault = "is cut off: its table of contents is said to begin at byte " + std::to_string(table) + " of " +
+                    std::to_string(content.size()) + kAgain;
         return;
     }
     const auto records = content.substr(kLatestHeaderSize, static_cast<std::size_t>(table) - kLatestHeaderSize);
     const bool is_mirrored = (header.flags & kHasExtensions) != 0 && read_extensions(records, out);
     if (out.fault.empty() && stated != header.num_streams()) {
-        out.fault = "must have " + std::to_string(header.num_streams()) + " streams for degree " +
-                    std::to_string(header.degree) + ", got " + std::to_string(stated) + kDamaged;
+        out.fault = "is damaged: it must have " + std::to_string(header.num_streams()) + " streams for degree " +
+                    std::to_string(header.degree) + ", got " + std::to_string(stated) + kAgain;
     }
     if (out.fault.empty() && header.row_size() * header.num_rows > kMostUnpacked) {
         out.fault = "holds more than " + std::to_string(kMostUnpacked / 1'000'000) +
@@ -271,7 +273,7 @@ void read_spz(std::string_view content, std::size_t num_packed, SceneColumns& ou
         return;
     }
     if (content.size() < kHeaderSize) {
-        out.fault = std::string("is cut off within its header") + kAgain;
+        out.fault = std::string("is cut off: within its header") + kAgain;
         return;
     }
     const char* begin = content.data();
@@ -287,11 +289,10 @@ void read_spz(std::string_view content, std::size_t num_packed, SceneColumns& ou
         read_latest(header, content, out);
         return;
     }
-    const std::uint64_t needed = header.row_size() * header.num_rows;
-    const std::size_t held = content.size() - kHeaderSize;
-    if (held < needed) {
-        out.fault = "is cut off after " + std::to_string(held) + " of " + std::to_string(needed) + " bytes of " +
-                    std::to_string(header.num_rows) + " Gaussians" + kAgain;
+    const std::uint64_t needed = header.row_size() * header.num_rows, whole = kHeaderSize + needed;
+    if (content.size() < whole) {
+        out.fault =
+            "is cut off: after " + std::to_string(content.size()) + " of " + std::to_string(whole) + " bytes" + kAgain;
         return;
     }
     const bool has_more = (header.flags & kHasExtensions) != 0;

@@ -174,7 +174,8 @@ def open_scene(path: Path) -> SceneFile:
         names = ", ".join(element.name for element in header.elements) or "none"
         raise SceneError(path, f"has no element 'vertex' among: {names}; export it as a 3D Gaussian scene")
     if vertex.count == 0:
-        raise NoGaussiansError(path, "holds no Gaussians: 'element vertex 0'; export the scene again")
+        fact = "holds no Gaussians: its header says 'element vertex 0'"
+        raise NoGaussiansError(path, f"{fact}; export the scene again")
     has_chunks = header.find("chunk") is not None and PACKED[0] in vertex.names
     check = check_compressed if has_chunks else ply_inria.check_inria
     num_terms = check(path, header, vertex)

@@ -125,7 +125,8 @@ def parse_header(file: BinaryIO, path: Path) -> Header:
     newline = b"\r\n" if begin.startswith(b"ply\r\n") else begin[3:4]
     end = begin.find(newline + b"end_header" + newline)
     if end < 0:
-        raise SceneError(path, "the header has no 'end_header' line; the file is cut off: get it again")
+        fact = "the header has no 'end_header' line"
+        raise SceneError(path, f"{fact}; the file is cut off or damaged: get it again")
     header = Header(data_offset=end + 2 * len(newline) + len(b"end_header"))
     for line in begin[:end].decode("latin-1").split(newline.decode())[1:]:
         _read_line(path, header, line)

@@ -241,7 +241,7 @@ def _inflate(path: Path, data: bytes, header: Header) -> tuple[memoryview, int]:
         is_whole = inflater.eof or len(content) == needed + _MAX_TRAILER
         surplus = len(inflater.unused_data)
     if len(content) < needed or not is_whole:
-        raise cut_off(path, f"after {len(content)} of {needed} bytes of {header.num_rows} Gaussians")
+        raise cut_off(path, f"after {len(content)} of {needed} bytes")
     return content, surplus
 
 

@@ -27,6 +27,7 @@ from brushgs.options.experiments import StabilityConfig
 from brushgs.options.painting import CleanConfig, PaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
 from brushgs.options.sequence import PathConfig
+from brushgs.pipeline.backdrop import for_film
 from brushgs.pipeline.clip import Clip
 from brushgs.pipeline.hand import open_hand
 from brushgs.pipeline.outputs import input_files
@@ -148,7 +149,7 @@ def _compared(
     elif clip is not None and not clip.scene.has_rows:
         whole = replace(whole, ids=None)  # ids are not rows of the truth
 
-    painting = None if is_bare(prepared.painting) else prepared.painting
+    painting = None if is_bare(prepared.painting) else for_film(prepared.painting, paint, planned.cameras)
     hand = open_hand(paint, planned, prepared.painting.coats)
 
     def remake(gaussians: Gaussians, camera: Camera) -> "Prepared":

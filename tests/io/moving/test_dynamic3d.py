@@ -13,7 +13,7 @@ import brushgs as bg
 from brushgs.formats.moving import dynamic3d as npz
 from tests.io.moving.params_maker import C0, params
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 
 
 def write(path, arrays, *, packed=False):

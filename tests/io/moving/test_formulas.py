@@ -8,7 +8,7 @@ from brushgs.formats.moving import open_moving
 from tests.io.moving import clips
 from tests.io.ply_maker import write_scene
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 
 TIMES = (0.0, 0.03, 0.31, 0.5, 0.77, 1.0)
 

@@ -10,7 +10,7 @@ import pytest
 
 from brushgs.formats.moving import open_moving
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse, refuse_bytes
+from tests.kit.refusals import refuse, refuse_bytes
 
 C0 = 0.5 / math.sqrt(math.pi)
 NUM_ROWS = 300

@@ -3,7 +3,7 @@
 from brushgs.formats.moving import open_moving
 from tests.io.moving import clips
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse_bytes
+from tests.kit.refusals import refuse_bytes
 
 
 def test_every_cut_is_refused_in_a_sentence(tmp_path):

@@ -8,7 +8,7 @@ from brushgs.formats.moving import load_moving
 from brushgs.formats.moving.write import NAME, check_moments_folder, write_moments
 from brushgs.formats.scenes.write import write_scene
 from brushgs.values.gaussians import Gaussians
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 from tests.passes.scenes import random_gaussians
 
 

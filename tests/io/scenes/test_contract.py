@@ -9,7 +9,7 @@ from brushgs.formats import load, read_scene
 from tests.io.scenes import ksplat_format, sog_maker, splat_format, spz_format
 from tests.io.scenes.witness import as_gaussforge_reads, assert_alike
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse_bytes
+from tests.kit.refusals import refuse_bytes
 from tests.scenes import real_scene
 
 

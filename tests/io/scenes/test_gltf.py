@@ -13,7 +13,7 @@ from tests.io.scenes import spz_format
 from tests.io.scenes.gltf_maker import PREFIX, Attributes, Model, make
 from tests.kit.for_each import for_each
 from tests.kit.json_changes import with_value
-from tests.kit.refused import refuse, refuse_bytes
+from tests.kit.refusals import refuse, refuse_bytes
 from tests.passes.scenes import covariances
 
 

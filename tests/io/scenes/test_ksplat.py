@@ -9,7 +9,7 @@ from brushgs.formats.scenes.read import read_raw_parts
 from tests.io.scenes import ksplat_format as ksplat
 from tests.io.scenes.witness import as_gaussforge_reads, assert_alike
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse_bytes
+from tests.kit.refusals import refuse_bytes
 
 
 def test_bands_that_are_zero_are_dropped(tmp_path):

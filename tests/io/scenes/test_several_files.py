@@ -13,7 +13,7 @@ from brushgs.formats.scenes.open_file import find_parts
 from brushgs.formats.scenes.write import write_scene as save
 from brushgs.options.scene_source import SceneSource
 from tests.io.ply_maker import scene_columns, write_scene
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 from tests.scenes import real_scene, still_life_of
 
 

@@ -11,7 +11,7 @@ import pytest
 import brushgs as bg
 from tests.io.scenes.sog_maker import files_of, make, webp, write_bundle, write_folder, zipped
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse, refuse_bytes
+from tests.kit.refusals import refuse, refuse_bytes
 from tests.scenes import still_life_of
 
 

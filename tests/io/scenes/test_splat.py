@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.io.scenes import splat_format as splat
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse_bytes
+from tests.kit.refusals import refuse_bytes
 
 BAD = {0: struct.pack("<f", np.nan), 12: struct.pack("<f", -1), 28: b"\0\0\0\0"}  # place, scale, rotation
 

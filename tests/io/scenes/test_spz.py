@@ -14,7 +14,7 @@ from brushgs.formats import load, read_scene
 from brushgs.values.sh import sh_basis
 from tests.io.scenes import spz_format as spz
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse_bytes
+from tests.kit.refusals import refuse_bytes
 from tests.passes.scenes import covariances
 
 VERSIONS = (1, 2, 3, 4)

@@ -11,7 +11,7 @@ from brushgs.formats.scenes import streamed
 from tests.io.scenes.sog_maker import decode, make, write_folder
 from tests.io.scenes.witness import NAMES
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 
 BOUND = {"min": [0, 0, 0], "max": [1, 1, 1]}
 

@@ -14,7 +14,7 @@ from brushgs.formats.scenes.write import write_scene
 from brushgs.values.camera import FirstView
 from tests.io.scenes.test_written import make
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 
 pytest.importorskip("pxr")
 from pxr import Gf, Usd, UsdGeom, UsdVol, Vt

@@ -19,7 +19,7 @@ from brushgs.values.camera import FirstView
 from tests.io.scenes.witness import as_gaussforge_reads
 from tests.io.test_write_ply import CENTERS, LARGEST, OPACITIES, QUATS, SCALES
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 
 # Those of USD differ in what packs the same stage, and each file starts a process: some stand for all.
 EACH = [suffix for suffix in SCENE_SUFFIXES if suffix not in (".usda", ".usdc")]

@@ -13,7 +13,7 @@ from brushgs.values.style import MarkDictionary, MarkSpectrum
 from tests.io.styles import example
 from tests.io.test_images import png
 from tests.kit.for_each import for_each
-from tests.kit.refused import refuse
+from tests.kit.refusals import refuse
 
 
 def with_dictionary(num=21, height=6, width=10):

@@ -14,7 +14,7 @@ from brushgs.values.style import Style, StyleStage
 from tests.io.styles import example
 from tests.kit.for_each import for_each
 from tests.kit.json_changes import with_value
-from tests.kit.refused import refuse, refuse_bytes
+from tests.kit.refusals import refuse, refuse_bytes
 
 HALF = 2.0**-11  # relative rounding of float16
 
