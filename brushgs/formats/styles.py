@@ -148,16 +148,9 @@ def _check_names(place: str, *names: str) -> None:
             raise ValueError(f"{place} must be {rule}, got {name!r}")
 
 
-_FORMAT = JsonFile(
-    "style",
-    _File,
-    "style file",
-    STYLE_SUFFIX,
-    MAX_BYTES,
-    CURE,
-    later="update brushgs, or learn the style again",
-    other="where it is a painting, `brushgs style learn` makes one",
-)
+_LATER = "update brushgs, or learn the style again"
+_OTHER = "where it is a painting, `brushgs style learn` makes one"
+_FORMAT = JsonFile("style", _File, "style file", STYLE_SUFFIX, MAX_BYTES, CURE, later=_LATER, other=_OTHER)
 
 
 def load_style(path: str | Path) -> Style:

@@ -24,14 +24,9 @@ _MAX_SIZE = 1 << 50  # bytes of a texture, as stated in the JSON
 # A row: position, quaternion w, x, y, z, scales and a zero, red, green, blue and opacity, nine coefficients
 # of motion and a zero, four of rotation, center, width. Halves and bytes are packed low half first.
 _STILL = [("means", "<f4", 3), ("quats", "<f2", 4), ("scales", "<f2", 3), ("zero", "<f2"), ("rgba", "u1", 4)]
-_MOVED = [
-    ("motion", "<f2", (3, 3)),
-    ("zeros", "<f2"),
-    ("spin", "<f2", 4),
-    ("center", "<f2"),
-    ("width", "<f2"),
-]
-_ROW = np.dtype(_STILL + _MOVED)
+_MOVED = [("motion", "<f2", (3, 3)), ("zeros", "<f2"), ("spin", "<f2", 4)]
+_TIMED = [("center", "<f2"), ("width", "<f2")]
+_ROW = np.dtype(_STILL + _MOVED + _TIMED)
 assert _ROW.itemsize == 64
 _ENCODING = Encoding(scales="linear", colors="byte")
 _CURE = "export it again"
