@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from brushgs.cli.console import EXIT_BAD_INPUT, EXIT_INTERNAL_ERROR
 from brushgs.cli.stopping import Stop, hearing_stops
 from brushgs.cli.streams import forgiving_streams
-from brushgs.core.memory import keep_freed
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -31,7 +30,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         # Importing makes objects and no garbage: looking for it every 700 objects takes 1.5 % of a painting.
         gc.set_threshold(10_000)
-        keep_freed()
     with forgiving_streams() as stdout, hearing_stops() as stop:
         exit_code = _run(sys.argv[1:] if argv is None else argv, stop)
         stdout.flush()

@@ -22,8 +22,9 @@ def machine_memory() -> int | None:
 def keep_freed() -> None:
     """Let this process reuse freed arrays, up to `KEPT` bytes, instead of returning each to the system.
 
-    The system clears all pages that it hands out: with five million Gaussians this was 3/10 of the processor
-    time of a painting. Only with the GNU C library; elsewhere nothing changes.
+    For large scenes, until the process ends. The system clears all pages that it hands out: with five
+    million Gaussians this was 3/10 of the processor time of a painting. Only with the GNU C library;
+    elsewhere nothing changes.
     """
     if not sys.platform.startswith("linux"):
         return
