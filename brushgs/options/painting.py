@@ -399,7 +399,8 @@ class DrawConfig(Options, frozen=True):
     """Drawing of strokes.
 
     For `lock` None see `lock_of`; only paths can be tracked. `order` None is "depth" for one picture and
-    "soft" along a path. See `project`, `rasterize` and `render`.
+    "soft" along a path, where strokes around a subject have one order in all frames. See `project`,
+    `rasterize` and `render`.
     """
 
     GROUP: ClassVar = "drawing"
@@ -425,7 +426,8 @@ class DrawConfig(Options, frozen=True):
         default="track along a path, canonical for pictures, pages and spheres")] = None
     order: Annotated[Order | None, option("occlusion of strokes: by 'depth', or 'soft' (strokes of nearly "
         "equal depth blend, so that none pops) #popping #flicker",
-        default="depth for a picture, soft along a path")] = None
+        default="depth for a picture; soft along a path, but for what surrounds a subject: its strokes keep "
+        "one order")] = None
     underpaint: Annotated[bool, option("draw a soft copy of each stroke behind it, to close gaps #holes "
         "#gaps")] = True
     streaks: Annotated[float, option("lightness variation of bristles within a stroke #bristles #texture",
