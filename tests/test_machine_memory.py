@@ -8,6 +8,8 @@ import pytest
 
 from brushgs.core import memory as module
 from brushgs.core.memory import machine_memory
+from brushgs.pipeline import strokes
+from brushgs.pipeline.report import Report
 from tests.kit.programs import ran
 
 
@@ -51,3 +53,13 @@ print(faults() - before)
 """
     kept, returned = (int(ran("-c", program, word)[1]) for word in ("kept", "returned"))
     assert kept < 100 < returned  # pages may be of 2 MB
+
+
+def test_only_large_scenes_keep_freed_memory(scene: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[int] = []
+    monkeypatch.setattr(strokes, "keep_freed", lambda: calls.append(1))
+    strokes.load_scene(scene, Report())
+    assert calls == []
+    monkeypatch.setattr(strokes, "MANY_ROWS", 100)
+    strokes.load_scene(scene, Report())
+    assert calls == [1]

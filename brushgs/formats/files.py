@@ -21,7 +21,8 @@ from brushgs.core.signals import defer_stop
 from brushgs.errors import SceneError
 
 _noting: list[set[Path]] = []  # sets of open `noting_written` blocks, shared by all threads that write
-_FORBIDDEN = {errno.EACCES, errno.EPERM, errno.EROFS}
+_DENIED = {errno.EACCES, errno.EPERM, errno.EROFS}
+_NO_PLACE = {errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG, errno.ELOOP}
 _FULL = {errno.ENOSPC, errno.EFBIG, *([errno.EDQUOT] if hasattr(errno, "EDQUOT") else [])}
 
 
@@ -204,7 +205,7 @@ def _undone(path: str | Path, undo: Callable[[], object]) -> Iterator[None]:
         with suppress(OSError):  # the folder may be unusable
             undo()
         if isinstance(error, OSError):
-            cure = "choose another folder" if error.errno in _FORBIDDEN else "check the disk"
+            cure = "choose another folder" if error.errno in _DENIED | _NO_PLACE else "check the disk"
             raise SceneError(path, f"cannot be written ({error.strerror}); {cure}") from error
         raise
 

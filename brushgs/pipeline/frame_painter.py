@@ -77,6 +77,11 @@ class FrameKind:
     manifest: PurePath | None = None
     origin: Origin | None = None
 
+    @property
+    def has_depth(self) -> bool:
+        """Whether its files hold the depth of the picture."""
+        return self.suffix is not None and holds_depth(f"a{self.suffix}")
+
 
 @dataclass(frozen=True, eq=False)
 class FramePainter:
@@ -102,10 +107,9 @@ class FramePainter:
 
     def frame(self, view: FrameView) -> Frame:
         """Paint the frame, with depth if its file holds it, and the requested layers."""
-        suffix, output = self.kind.suffix, self.kind.output
-        has_depth = suffix is not None and holds_depth(f"a{suffix}")
+        output = self.kind.output
         start = view if self.hand is None else view.held.get(self.hand.starts(view.index)[0], view)
-        painting = self._painting(start).with_depth(has_depth)
+        painting = self._painting(start).with_depth(self.kind.has_depth)
         following = None
         if view.following is not None:
             other = view.following

@@ -530,6 +530,5 @@ def keeping(inner: Memory | None) -> Iterator[Memory | None]:
     memory, levels = KeptMemory(store, inner), KeptLevels(store)
     with found_by(levels.find):
         yield memory
-    memory.close()
     levels.close()
-    store.trim()
+    memory.close()

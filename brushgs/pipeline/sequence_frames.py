@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from brushgs.formats.registry import holds_depth
 from brushgs.options.clip import ClipConfig
 from brushgs.options.painting import PaintConfig
 from brushgs.options.sequence import GrowConfig, SequenceConfig
@@ -16,7 +15,6 @@ from brushgs.pipeline.film_track import FilmTrack
 from brushgs.pipeline.frame_painter import FrameKind, FramePainter, FrameView
 from brushgs.pipeline.hand import open_hand
 from brushgs.pipeline.prepare import Prepared
-from brushgs.rendering.growing import GrowingPainting
 from brushgs.values.arrays import Array
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.shot import Origin
@@ -24,6 +22,7 @@ from brushgs.values.shot import Origin
 if TYPE_CHECKING:
     from brushgs.cameras.paths import CameraPath
     from brushgs.rendering.canvas import Painting
+    from brushgs.rendering.growing import GrowingPainting
     from brushgs.rendering.hand import Hand
     from brushgs.rendering.project import Directions
     from brushgs.rendering.track import Track
@@ -76,12 +75,11 @@ class SequenceFrames:
         if growth is None or self.painting is self.prepared.painting:
             return growth
         coats = (replace(one, coat=in_one_order(one.coat, self.path.cameras)) for one in growth.coats)
-        return GrowingPainting(self.painting, tuple(coats))
+        return replace(growth, finished=self.painting, coats=tuple(coats))
 
     def painter(self, kind: FrameKind) -> FramePainter:
         """The painter of every frame."""
-        has_depth = kind.suffix is not None and holds_depth(f"a{kind.suffix}")
-        shown = self.prepared if has_depth else self
+        shown = self.prepared if kind.has_depth else self
         painting, growth, background = shown.painting, shown.growth, self.prepared.background
         fade = 0.0 if self.growing is None else self.growing.fade
         takes_light = self.prepared.moving is None or self.prepared.moving.takes_light

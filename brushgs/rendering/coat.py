@@ -49,8 +49,8 @@ class Coat:
             if strokes are not lines.
         layers: [N] of flat strokes: of two on one surface, that of the higher layer covers; or None.
         cut: discs in which strokes are erased; or None.
-        distances: [N] that order the strokes in every view, in place of their depths, see `fixed_order`; None
-            for depths.
+        distances: [N] that stand for the depths of the strokes in every view, in their order and in frames,
+            see `fixed_order`; None for depths.
         holds: [N] frames for which the drawing of each stroke is held, >= 1; None for the hold of its part.
         effect: function applied to their picture (as covering paint) before it is laid; None for none.
     """

@@ -47,12 +47,14 @@ def test_films_have_it_for_what_surrounds_a_subject_unless_they_must_match_pictu
     def fixed(*words):
         def frame(painter, view):
             found.append({coat.name for coat in painter.painting.coats if coat.distances is not None})
-            return np.zeros((48, 64, 3), np.uint8)
+            return np.zeros((48, 64, 3), np.uint8) if painter.kind.suffix is None else b"a file"
 
         with patch.object(FramePainter, "__call__", frame):
             main(["render", str(scene), *BARE, "-o", str(tmp_path / "film.mp4"), *words])
         return found.pop()
 
     assert fixed("--orbit", "3") == {"backdrop"}
+    assert fixed("--orbit", "3", "-o", str(tmp_path / "png/%05d.png")) == {"backdrop"}
+    assert fixed("--orbit", "3", "-o", str(tmp_path / "exr/%05d.exr")) == set()  # a file that holds depth
     for words in (["--order", "soft"], ["--lock", "canonical"], ["--hold", "2"], ["--order", "depth"]):
         assert fixed("--orbit", "3", *words) == set()
