@@ -162,15 +162,13 @@ def towards_lamp(light: LightConfig, first_view: FirstView, axes: F64) -> F64 | 
     return np.asarray((cos(azimuth) * level, sin(azimuth) * level, -sin(elevation)) @ axes)
 
 
-def cast_towards(light: LightConfig, first_view: FirstView) -> F64:
-    """[3] direction toward the light that casts the shadow on a stage, world axes."""
+def usual_light(first_view: FirstView) -> F64:
+    """[3] direction toward the light of a picture without a lamp or sun of its own, world axes."""
     from brushgs.cameras.framing import camera_axes
     from brushgs.passes.add.stage_place import lamp_direction
 
-    axes = camera_axes(first_view.up, first_view.azimuth, 0.0)
-    right, down, away = axes
-    towards = towards_lamp(light, first_view, axes)
-    return np.asarray(lamp_direction() @ np.stack([right, -down, away])) if towards is None else towards
+    right, down, away = camera_axes(first_view.up, first_view.azimuth, 0.0)
+    return np.asarray(lamp_direction() @ np.stack([right, -down, away]))
 
 
 def open_lamp(light: LightConfig, site: "Site | None") -> "Lamp | None":

@@ -49,6 +49,16 @@ def test_a_composed_still_is_given_again_by_its_flags_and_by_its_strokes(statue,
     assert "crumbs" not in again
 
 
+def test_another_lamp_keeps_the_composition(statue):
+    def picture(**light):
+        config = changed(CONFIG, light=light, ground={"stage": True, "shadow": 1.0})
+        camera = prepare(statue, config, Report(), asks=["cameras"]).camera
+        return camera.width, camera.height, *camera.viewmat.ravel()
+
+    for light in ({"lamp": (0.3, 0.2)}, {"lamp": (3.0, 0.2)}, {"sun": (0.3, 0.2)}):
+        assert picture(**light) == picture(), light
+
+
 def test_crumbs_are_dropped_as_clean_says(statue):
     def dropped(floaters):
         report = Report()

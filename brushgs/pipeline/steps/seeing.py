@@ -143,17 +143,17 @@ def composed_view(
 
 
 def cast_light(
-    stance: FirstView | None,
-    ground_config: GroundConfig,
-    lighting: LightConfig,
-    painted_config: WhereConfig | None,
+    stance: FirstView | None, ground_config: GroundConfig, painted_config: WhereConfig | None
 ) -> "F64 | None":
-    """[3] direction toward the light of a stage, world axes; None without shadows."""
+    """[3] direction toward the light whose shadow a picture has room for, world axes; None without shadows.
+
+    It is that of the usual lamp, so that another lamp keeps the composition, and its strokes.
+    """
     if not ground_config.stage or ground_config.shadow == 0 or painted_config is not None or stance is None:
         return None
-    from brushgs.pipeline.lamp import cast_towards
+    from brushgs.pipeline.lamp import usual_light
 
-    return cast_towards(lighting, stance)
+    return usual_light(stance)
 
 
 @makes("frame_cameras", "path", "film")
