@@ -7,6 +7,7 @@ transfer, eq. 10.
 """
 
 from dataclasses import dataclass, replace
+from math import ceil, sqrt
 from typing import get_args
 
 import numpy as np
@@ -23,6 +24,7 @@ from brushgs.values.sh import C0
 # Largest stretch of color differences: more would turn noise of a gray scene into bright confetti. Trained
 # scenes and paintings are within 0.2 to 4 of each other along every axis.
 MAX_STRETCH = 10.0
+MOST_PIXELS = 1 << 18  # of a picture that its colors are taken from
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +71,8 @@ class Palette:
     def of_image(cls, image: Array, *, space: ColorSpace = "lab") -> "Palette":
         """The palette of a picture [H, W, C] as `read_image` returns it: gray or RGB, weighted by its alpha.
 
+        Of a large picture every second, third, ... row and column counts.
+
         Raises:
             TypeError: if `image` is not an array.
             ValueError: if it is fully transparent, empty, has other channels, or the space is unknown.
@@ -76,7 +80,8 @@ class Palette:
         channels = check("Palette", image=(image, "H W C"))["C"]
         if not 1 <= channels <= 4:
             raise ValueError(f"Palette: image must have 1 to 4 channels, got {channels}")
-        rgb, alpha = split_alpha(image.reshape(-1, channels))
+        every = max(1, ceil(sqrt(image.shape[0] * image.shape[1] / MOST_PIXELS)))
+        rgb, alpha = split_alpha(image[::every, ::every].reshape(-1, channels))
         return cls.of_colors(rgb, alpha, space=space)
 
 

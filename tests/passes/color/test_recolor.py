@@ -21,12 +21,12 @@ def scene(num=4000, degree=0, dtype=np.float32):
     return with_colors(replaced(strokes, sh=0.03 * strokes.sh), base).astype(dtype)
 
 
-def painting():
+def painting(height=60, width=80):
     """A picture of four paints in uneven shares."""
     rng = np.random.default_rng(1)
     paints = np.array([[0.1, 0.15, 0.45], [0.2, 0.45, 0.75], [0.85, 0.85, 0.5], [0.05, 0.05, 0.2]])
-    which = rng.choice(4, size=(60, 80), p=(0.3, 0.3, 0.15, 0.25))
-    return np.clip(paints[which] + rng.normal(0, 0.02, (60, 80, 3)), 0, 1).astype(np.float32)
+    which = rng.choice(4, size=(height, width), p=(0.3, 0.3, 0.15, 0.25))
+    return np.clip(paints[which] + rng.normal(0, 0.02, (height, width, 3)), 0, 1).astype(np.float32)
 
 
 PALETTE = Palette.of_image(painting())
@@ -42,6 +42,14 @@ def test_at_full_strength_mean_and_covariance_are_the_paintings(space, weights):
     found = Palette.of_colors(colors_of(after), by, space=space)
     np.testing.assert_allclose(found.mean, palette.mean, atol=1e-6)
     np.testing.assert_allclose(found.covariance, palette.covariance, atol=1e-6)
+
+
+def test_a_large_picture_gives_the_palette_of_its_pixels():
+    image = painting(1200, 1000)
+    image[:, :, 0] *= np.linspace(0.5, 1, 1200, dtype=np.float32)[:, None]
+    found, whole = Palette.of_image(image), Palette.of_colors(image.reshape(-1, 3))
+    np.testing.assert_allclose(found.mean, whole.mean, atol=2e-3)
+    np.testing.assert_allclose(found.covariance, whole.covariance, atol=2e-4)
 
 
 def test_strength_goes_evenly_from_the_scene_to_the_painting():
