@@ -8,7 +8,7 @@ import numpy as np
 from brushgs.brushes.texture import StrokeTexture
 from brushgs.core.native import core as _core
 from brushgs.rendering.options import RenderOptions, project_with, rasterize_with
-from brushgs.values.arrays import F64, Array, Mask, Rows
+from brushgs.values.arrays import Array, Mask, Rows
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
@@ -16,8 +16,6 @@ from brushgs.values.gaussians import Gaussians
 
 SIDE = 96  # pixels
 FAINTEST = 0.02  # opacity: below, haze
-DISTANCE = 4.0  # of the camera from the middle, in radii
-FILLED = 0.95  # share of the picture filled by the sphere around the sample
 
 
 def take_sample(gaussians: Gaussians) -> _core.ViewSample | None:
@@ -51,23 +49,6 @@ def thinned(count: int, most: int) -> Rows:
     space.
     """
     return np.asarray(_core.thinned(count, most), np.intp)
-
-
-def camera_around(center: F64, radius: float, axes: F64, side: int = SIDE) -> Camera:
-    """A square picture of the sphere around a sample.
-
-    Args:
-        center: [3] world units.
-        radius: world units.
-        axes: [3, 3] rows right, down, forward in world axes.
-        side: pixels.
-    """
-    viewmat = np.eye(4)
-    viewmat[:3, :3] = axes
-    viewmat[:3, 3] = -axes @ (center - DISTANCE * radius * axes[2])
-    focal = FILLED * 0.5 * side * DISTANCE
-    K = np.array([[focal, 0, 0.5 * side], [0, focal, 0.5 * side], [0, 0, 1.0]])
-    return Camera(viewmat, K, side, side, near=0.02 * radius)
 
 
 class Painter:

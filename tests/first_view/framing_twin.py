@@ -4,10 +4,10 @@ import numpy as np
 from scipy.ndimage import binary_propagation
 
 from brushgs.cameras.framing import FLAT_ELEVATION, camera_axes, default_elevation
-from brushgs.first_view.sample import Painter, camera_around, thin, thinned
+from brushgs.first_view.sample import Painter, thin, thinned
 from brushgs.passes.reduce.contribution import paint_of, projected_areas
 from brushgs.values.quats import rotation_matrices
-from tests.first_view.twin import subject, weighted_quantiles
+from tests.first_view.twin import camera_around, subject, weighted_quantiles
 
 MOST_ROWS, NUM_VIEWS, ELEVATION, SEEN, MOST_AROUND = 60_000, 4, np.radians(15.0), 0.5, 2.0
 VOXELS, DENSE_TAIL = 64, 0.015

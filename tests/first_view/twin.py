@@ -6,14 +6,26 @@ from itertools import product
 import numpy as np
 
 from brushgs.cameras.framing import AXES, camera_axes
-from brushgs.first_view.sample import Painter, camera_around, gradients, thin
+from brushgs.first_view.sample import Painter, gradients, thin
+from brushgs.values.camera import Camera
 from brushgs.values.colors import LUMINANCE
 from brushgs.values.gaussians import Gaussians
 from brushgs.values.quats import shortest_axes
 from brushgs.values.sh import C0, base_colors
 
 TAIL, FAR, MOST_CUTS = 0.007, 50.0, 16
+SIDE, DISTANCE, FILLED = 96, 4.0, 0.95
 TIP, MAX_OBJECT_SPAN, SUBJECT_REACH, MAX_POINTS = 0.15, 3.5, 0.9, 20_000
+
+
+def camera_around(center, radius, axes, side=SIDE):
+    """A square picture of the sphere around a sample; `axes` [3, 3]: rows right, down, forward."""
+    viewmat = np.eye(4)
+    viewmat[:3, :3] = axes
+    viewmat[:3, 3] = -axes @ (center - DISTANCE * radius * axes[2])
+    focal = FILLED * 0.5 * side * DISTANCE
+    K = np.array([[focal, 0, 0.5 * side], [0, focal, 0.5 * side], [0, 0, 1.0]])
+    return Camera(viewmat, K, side, side, near=0.02 * radius)
 
 
 def heaviest_clump(means, weights, sample=slice(None)):

@@ -96,16 +96,6 @@ class Facing:
     wide: Around
 
 
-def stroke_normals(strokes: Gaussians, views_from: Sequence[Camera] = ()) -> F64:
-    """Unit normals [k, 3] of strokes, see `find_facing`.
-
-    Example:
-        >>> brushgs.passes.color.key_normals.stroke_normals(strokes, [camera]).shape
-        (500, 3)
-    """
-    return find_facing(strokes, views_from).normals
-
-
 def find_facing(strokes: Gaussians, views_from: Sequence[Camera] = ()) -> Facing:
     """Find the normals of strokes.
 

@@ -12,7 +12,7 @@ from brushgs.cameras.orbit import orbit
 from brushgs.passes.add.stage import find_site
 from brushgs.passes.add.stage_place import Place
 from brushgs.passes.color.key_light import KeyLight
-from brushgs.passes.color.key_normals import stroke_normals
+from brushgs.passes.color.key_normals import find_facing
 from brushgs.passes.reduce.cluster import group
 from brushgs.passes.reduce.merge import merge_clusters
 from brushgs.still_life import still_life_camera
@@ -67,7 +67,7 @@ def lightness(strokes: bg.Gaussians):
 @pytest.mark.parametrize("is_seen", [True, False])
 def test_a_ball_faces_outward(is_seen):
     strokes = ball()
-    normals = stroke_normals(strokes, views_around(strokes) if is_seen else ())
+    normals = find_facing(strokes, views_around(strokes) if is_seen else ()).normals
     assert (np.einsum("ki,ki->k", normals, strokes.means) > 0.95).all()
 
 
@@ -77,7 +77,7 @@ def test_a_ball_seen_from_its_middle_faces_inward():
         bg.Camera.look_at((0, 0, 0), side, width=96, height=96, fov_y=1.7, up=np.roll(side, 1))
         for side in (*np.eye(3), *-np.eye(3))
     ]
-    assert np.mean(np.einsum("ki,ki->k", stroke_normals(strokes, cameras), strokes.means) < -0.9) > 0.97
+    assert np.mean(np.einsum("ki,ki->k", find_facing(strokes, cameras).normals, strokes.means) < -0.9) > 0.97
 
 
 # The same strokes under other lamps
