@@ -30,7 +30,7 @@ from brushgs.first_view.flat import FACE_ELEVATION, facing, is_lying
 from brushgs.first_view.front import Front, find_front, wrapped
 from brushgs.first_view.inside import inside_up, inside_ups
 from brushgs.first_view.sample import take_sample
-from brushgs.first_view.surroundings import clear_azimuth, dense_middle, has_surroundings
+from brushgs.first_view.surroundings import clear_azimuth, has_surroundings, upright_middle
 from brushgs.first_view.up import SURE, Ups, believed_up, up_probabilities
 from brushgs.first_view.walk import inside_stand
 from brushgs.values.arrays import F64
@@ -77,7 +77,7 @@ def find_first_view(
     else:
         direction = stated
     is_part = has_surroundings(gaussians, direction)
-    points = _framed_points(gaussians, is_part)
+    points = _framed_points(gaussians, direction if is_part else None)
     view = FirstView(
         points=points,
         up=direction,
@@ -114,7 +114,7 @@ def with_moments(view: FirstView, moments: Iterable[Gaussians]) -> FirstView:
     points, wholes = [view.points], [] if view.whole is None else [view.whole]
     for gaussians in moments:
         if gaussians.opacities.any():
-            points.append(_framed_points(gaussians, view.has_surroundings))
+            points.append(_framed_points(gaussians, view.up if view.has_surroundings else None))
             if view.whole is not None:
                 wholes.append(scene_bounds(gaussians))
     joined = np.concatenate(points)
@@ -169,14 +169,14 @@ def _unit(up: F64) -> F64:
     return np.asarray(up / np.linalg.norm(up))
 
 
-def _framed_points(gaussians: Gaussians, is_part: bool) -> F64:
-    """[m, 3] hull of the framed subject.
+def _framed_points(gaussians: Gaussians, up: F64 | None) -> F64:
+    """[m, 3] hull of the framed subject; in surroundings `up` [3] points up there.
 
     Includes the extent of Gaussians, which matters for a single Gaussian or dots along a line; in trained
     scenes it is below the picture's margin.
     """
-    if is_part:
-        points = outline(dense_middle(gaussians))
+    if up is not None:
+        points = outline(upright_middle(gaussians, up))
     else:
         points = outline(with_attached(gaussians, subject(gaussians, is_whole=True)[0]))
     reach = VISIBLE_SIGMAS * float(np.median(gaussians.scales.max(axis=1)))

@@ -7,7 +7,7 @@ from brushgs.cameras.framing import frame_scene, subject
 from brushgs.first_view import find_first_view
 from brushgs.first_view.attached import with_attached
 from brushgs.first_view.front import wrapped
-from brushgs.first_view.surroundings import clear_azimuth
+from brushgs.first_view.surroundings import clear_azimuth, dense_middle
 from tests.first_view.scenes import gaussians, joined, moved, on_a_plaza, relief, statue, statue_view
 
 UP = np.array([0.0, -1.0, 0.0])
@@ -23,6 +23,19 @@ def test_a_statue_on_a_plaza_is_framed_as_if_it_stood_alone():
     assert alone.eye is None
     assert alone.whole is None
     assert np.ptp(alone.points, axis=0) == pytest.approx(np.ptp(statue().means, axis=0), rel=0.03)
+
+
+def test_what_rises_thinly_from_a_subject_in_surroundings_is_framed_and_floaters_above_are_not():
+    rng = np.random.default_rng(0)
+    top = statue().means[:, 1].min()
+    feather = rng.uniform((-0.05, top - 0.3, -0.05), (0.05, top, 0.05), (60, 3))
+    floaters = rng.uniform((-0.5, top - 3, -0.5), (0.5, top - 0.6, 0.5), (40, 3))
+    added = np.concatenate([feather, floaters])
+    added = gaussians(added, np.tile([0.0, 0, 1], (100, 1)), 0.03, (0.3, 0.2, 0.1))
+    scene = joined(on_a_plaza(), added)
+    assert dense_middle(scene)[:, 1].min() > top - 0.1
+    highest = find_first_view(scene, up=UP, azimuth=0.0).points[:, 1].min()
+    assert floaters[:, 1].max() < top - 0.5 < highest < top - 0.2
 
 
 def test_a_subject_behind_a_board_is_seen_from_beside_it():
