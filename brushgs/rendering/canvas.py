@@ -16,6 +16,7 @@ from brushgs.core.threads import num_threads_or_default
 from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import rasterize_with
 from brushgs.rendering.project import Directions
+from brushgs.rendering.rasterize import Below
 from brushgs.rendering.relief import canvas_scale
 from brushgs.rendering.wanted import NOTHING, Wanted
 from brushgs.values.arrays import Array
@@ -70,10 +71,7 @@ class Canvas:
 
     def lay(self, coat: Coat, boxes: Boxes) -> Frame:
         """Lay the boxes of a coat; returns its own frame, whose arrays the next call overwrites."""
-        if coat.is_flat:
-            coat, boxes = coat.drawn_in(boxes, self._camera)
-        boxes, test = self._tested(coat, boxes)
-        more: dict[str, Any] = {} if test is None else {"in_front_of": test}
+        coat, boxes, more = self._ready(coat, boxes)
         blend = "cover" if coat.effect is not None else coat.blend
         given = more | {"part": self._painted, "dpi": self._dpi}
         painted = rasterize_with(boxes, self._camera, coat.texture, coat.options, blend=blend, **given)
@@ -101,6 +99,33 @@ class Canvas:
             self._frame = frame if self._frame is None else _over(frame, self._frame, self._hidden)
         return frame
 
+    def lay_within(self, coat: Coat, boxes: Boxes) -> None:
+        """`lay` without a frame of its own if nothing needs it; tiles without strokes take no time."""
+        below = self._frame
+        if below is None or not self._fits_within(coat, boxes, below):
+            self.lay(coat, boxes)
+            return
+        coat, boxes, given = self._ready(coat, boxes)
+        given |= {"part": self._painted, "dpi": self._dpi, "below": Below(below, self._hidden)}
+        self._frame = rasterize_with(boxes, self._camera, coat.texture, coat.options, **given)
+
+    def _fits_within(self, coat: Coat, boxes: Boxes, below: Frame) -> bool:
+        """Whether nothing needs the coat's own frame, and the frame below has all of its planes."""
+        is_changed = coat.effect is not None or coat.cut is not None or bool(coat.dry)
+        is_kept = self._wanted.needs_strokes or self._sheets is not None
+        lacks_plane = (below.depth is None and coat.options.depth) or (
+            below.height is None and coat.options.relief is not None
+        )
+        is_alike = boxes.centers.dtype == below.rgb.dtype
+        return is_alike and coat.blend == "cover" and not (is_changed or is_kept or lacks_plane)
+
+    def _ready(self, coat: Coat, boxes: Boxes) -> tuple[Coat, Boxes, dict[str, Any]]:
+        """A coat and its boxes as they are painted, and options of `rasterize` for the depth test."""
+        if coat.is_flat:
+            coat, boxes = coat.drawn_in(boxes, self._camera)
+        boxes, test = self._tested(coat, boxes)
+        return coat, boxes, {} if test is None else {"in_front_of": test}
+
     def _tested(self, coat: Coat, boxes: Boxes) -> "tuple[Boxes, DepthTest | None]":
         """The boxes of a coat, and the test that shows them only in front of what is painted already."""
         if coat.tolerance is None or self._frame is None:
@@ -124,7 +149,10 @@ class Canvas:
             np.multiply(self._tint, glaze.rgb, out=self._tint)
 
     def finish(self, lamp: "Lamp | None" = None) -> Frame:
-        """The picture: opaque if the surface has a color, lit if there is a lamp; see `layered`."""
+        """The picture: opaque if the surface has a color, lit if there is a lamp; see `layered`.
+
+        It is made in the arrays of the coats, unless layers need these.
+        """
         frame = self._frame
         if frame is None:
             held = self._painted or Part.whole(self._camera.width, self._camera.height)
@@ -135,7 +163,7 @@ class Canvas:
         surface, height, num_threads = self._surface, frame.height, num_threads_or_default(None)
         lamp = None if lamp is None else lamp.seen_by(self._camera)
         if surface is not None and lamp is not None:
-            paint, height = height, _new_plane(frame.alpha)
+            paint, height = height, self._out(height, frame.alpha)
             _core.raise_ground(
                 alpha=frame.alpha,
                 ground=_like(frame.alpha, surface.height),
@@ -145,8 +173,7 @@ class Canvas:
                 num_threads=num_threads,
             )
         if surface is not None and not self._is_transparent:
-            picture, opaque = _new_plane(frame.rgb), _new_plane(frame.alpha)
-            opaque.fill(1)
+            picture, opaque = self._out(frame.rgb, frame.rgb), self._out(frame.alpha, frame.alpha)
             _core.lay_on_ground(
                 rgb=frame.rgb,
                 alpha=frame.alpha,
@@ -155,6 +182,7 @@ class Canvas:
                 picture=picture,
                 num_threads=num_threads,
             )
+            opaque.fill(1)
             frame = replace(frame, rgb=picture, alpha=opaque)
         elif self._tint is not None:
             frame = _with_glazes(frame, self._tint)
@@ -163,12 +191,16 @@ class Canvas:
             from brushgs.rendering.light import BLUR, BLUR_MOVING, light
 
             blur = BLUR_MOVING if self._is_moving else BLUR
-            out = None if self._wanted.is_any else frame.rgb
+            out = self._out(frame.rgb, frame.rgb)
             rgb = light(frame.rgb, height, lamp, alpha=frame.alpha, blur=blur, scale=self._scale, out=out)
             frame, lighting = replace(frame, rgb=rgb, height=height), (height, lamp, blur, self._scale)
         if self._wanted.is_any:
             self._finished = self._seen(frame, unlit, coverage, lighting)
         return self._cut(frame)
+
+    def _out(self, plane: Array | None, like: Array) -> Array:
+        """A plane for a result: the same one, which is in cache, unless layers need what it holds."""
+        return _new_plane(like) if plane is None or self._wanted.is_any else plane
 
     def layered(self) -> Frame:
         """The finished picture with the requested layers."""
@@ -315,7 +347,7 @@ class Painting:
         painting = self.with_depth(True) if "depth" in wanted.layers else self
         canvas = painting.canvas(camera, wanted)
         for coat, of_coat in zip_longest(painting.coats, directions):
-            canvas.lay(coat, coat.boxes(camera, of_coat)[0] if boxes is None else boxes(coat))
+            canvas.lay_within(coat, coat.boxes(camera, of_coat)[0] if boxes is None else boxes(coat))
         frame = canvas.finish(self.lamp)
         return canvas.layered() if wanted.is_any else frame
 

@@ -12,18 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgs.brushes.brush_set import Brushes, Sigmas, per_row
-from brushgs.options.choices import Blend, Filter, Lock, Order, ViewLock
+from brushgs.options.choices import Filter, Lock, Order, ViewLock
 from brushgs.rendering.constants import MIN_TRANSMITTANCE
-from brushgs.rendering.depth_test import DepthTest
 from brushgs.rendering.project import LOW_PASS, Directions, ProjectCounts, ProjectOptions, project_by
-from brushgs.rendering.rasterize import rasterize
+from brushgs.rendering.rasterize import Below, RasterOptions, rasterize, rasterize_over
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.underpaint import STROKE_REACH, Underpaint
 from brushgs.values.boxes import Boxes
 from brushgs.values.camera import Camera
 from brushgs.values.frame import Frame
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.part import Part
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,29 +159,33 @@ def rasterize_with(
     texture: Brushes,
     options: RenderOptions,
     *,
-    blend: Blend = "cover",
-    in_front_of: DepthTest | None = None,
-    part: Part | None = None,
-    dpi: float | None = None,
+    below: Below | None = None,
+    **given: Any,
 ) -> Frame:
-    """`rasterize` with these options, in the size of a camera. Raises the same."""
-    return rasterize(
-        boxes,
-        texture,
-        height=camera.height,
-        width=camera.width,
-        filter=options.filter,
-        depth=options.depth,
-        underpaint=options.underpaint,
-        streaks=options.streaks,
-        relief=options.relief is not None,
-        blend=blend,
-        in_front_of=in_front_of,
-        min_transmittance=options.min_transmittance,
-        num_threads=options.num_threads,
-        part=part,
-        dpi=dpi,
-    )
+    """`rasterize` with these options, in the size of a camera. Raises the same.
+
+    Args:
+        boxes: as of `rasterize`.
+        camera: gives the size.
+        texture: as of `rasterize`.
+        options: of rendering.
+        below: what the boxes are painted over, see `rasterize_over`; or None.
+        **given: `blend`, `in_front_of`, `part` and `dpi` of `rasterize`, unless they have their defaults.
+    """
+    given |= {
+        "height": camera.height,
+        "width": camera.width,
+        "filter": options.filter,
+        "depth": options.depth,
+        "underpaint": options.underpaint,
+        "streaks": options.streaks,
+        "relief": options.relief is not None,
+        "min_transmittance": options.min_transmittance,
+        "num_threads": options.num_threads,
+    }
+    if below is None:
+        return rasterize(boxes, texture, **given)
+    return rasterize_over(boxes, texture, RasterOptions(**given), below)
 
 
 def draw_with(

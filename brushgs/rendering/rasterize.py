@@ -161,7 +161,30 @@ def rasterize(
         part=part,
         dpi=dpi,
     )
-    return _paint(RasterArguments(boxes, BrushSet.of(texture), options), blend, trace=None)
+    return _paint(RasterArguments(boxes, BrushSet.of(texture), options), blend)
+
+
+@dataclass(frozen=True, eq=False)
+class Below:
+    """A frame that boxes are painted over, in its own arrays.
+
+    Attributes:
+        frame: of strokes; it has a height, and a depth, if the boxes are painted with one.
+        hidden: share of its height that paint hides, 0 to 1.
+    """
+
+    frame: Frame
+    hidden: float
+
+
+def rasterize_over(boxes: Boxes, texture: Brush, options: RasterOptions, below: Below) -> Frame:
+    """Paint boxes as `rasterize` does, as paint that covers, and lay their picture over a frame in one step.
+
+    Returns:
+        A frame with the arrays of `below`, changed only in tiles that boxes reach; without a depth if the
+        boxes are painted without.
+    """
+    return _paint(RasterArguments(boxes, BrushSet.of(texture), options), "cover", below=below)
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,27 +210,28 @@ def rasterize_traced(boxes: Boxes, brushes: BrushSet, options: RasterOptions) ->
     return _paint(painted, "cover", trace), trace
 
 
-def _paint(painted: "RasterArguments", blend: Blend, trace: Trace | None) -> Frame:
-    height, width = painted.part.height, painted.part.width
-    is_single = painted.boxes.centers.dtype == np.float32
-    new_plane: Any = _core.new_plane_float32 if is_single else _core.new_plane_float64
-    rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
-    layers = {name: new_plane([height, width, *a.shape[1:]]) for name, a in painted.attributes.items()}
-    height_plane = new_plane([height, width]) if painted.relief else None
+def _paint(
+    painted: "RasterArguments", blend: Blend, trace: Trace | None = None, below: Below | None = None
+) -> Frame:
+    frame = painted.new_frame() if below is None else below.frame
+    layers = {name: getattr(frame, name) for name in painted.attributes}
+    if below is not None and painted.exponent and "depth" in layers:
+        np.ldexp(layers["depth"], painted.exponent, out=layers["depth"])
     _core.rasterize(
         **painted.of_core,
-        rgb=rgb,
-        alpha=alpha,
+        rgb=frame.rgb,
+        alpha=frame.alpha,
         layers=list(layers.values()),
-        height_plane=height_plane,
+        height_plane=frame.height if painted.relief else None,
         blend=_core.Blend.glaze if blend == "glaze" else _core.Blend.cover,
+        hidden=None if below is None else below.hidden,
         trace=None if trace is None else trace.of_core,
         size=painted.size,
         corner=(painted.part.top, painted.part.left),
     )
     if painted.exponent and "depth" in layers:
         np.ldexp(layers["depth"], -painted.exponent, out=layers["depth"])
-    return Frame(rgb, alpha, **layers, height=height_plane)
+    return Frame(frame.rgb, frame.alpha, **layers, height=frame.height)
 
 
 class RasterArguments:
@@ -267,6 +291,15 @@ class RasterArguments:
                 **depth_test,
             ),
         }
+
+    def new_frame(self) -> Frame:
+        """Arrays to paint into."""
+        height, width = self.part.height, self.part.width
+        is_single = self.boxes.centers.dtype == np.float32
+        new_plane: Any = _core.new_plane_float32 if is_single else _core.new_plane_float64
+        rgb, alpha = new_plane([height, width, 3]), new_plane([height, width])
+        layers = {name: new_plane([height, width, *a.shape[1:]]) for name, a in self.attributes.items()}
+        return Frame(rgb, alpha, **layers, height=new_plane([height, width]) if self.relief else None)
 
 
 def _check_size(height: int, width: int) -> None:

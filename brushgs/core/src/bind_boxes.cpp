@@ -341,8 +341,8 @@ brushgs::RasterParams raster_params(brushgs::Kernel kernel, const Levels& levels
 template <class T>
 void rasterize(brushgs::Kernel kernel, const Levels& levels, double min_transmittance, int num_threads,
                const BoxArrays<T>& boxes, Out<T, 3> rgb, Out<T, 2> alpha, const std::vector<AnyOut<T>>& layers,
-               std::optional<Out<T, 2>> height_plane, brushgs::Blend blend, brushgs::Trace<T>* trace,
-               std::pair<std::size_t, std::size_t> size, std::pair<int, int> corner) {
+               std::optional<Out<T, 2>> height_plane, brushgs::Blend blend, std::optional<double> hidden,
+               brushgs::Trace<T>* trace, std::pair<std::size_t, std::size_t> size, std::pair<int, int> corner) {
     auto params = raster_params(kernel, levels, size.first, size.second, min_transmittance, num_threads);
     params.blend = blend;
     std::tie(params.top, params.left) = corner;
@@ -351,7 +351,9 @@ void rasterize(brushgs::Kernel kernel, const Levels& levels, double min_transmit
     const brushgs::Picture<T> picture{.rgb = rgb.data(),
                                       .alpha = alpha.data(),
                                       .layers = channels_of<T>(layers, 2),
-                                      .height = data_or_null(height_plane)};
+                                      .height = data_or_null(height_plane),
+                                      .lays = hidden.has_value(),
+                                      .hidden = static_cast<T>(hidden.value_or(1))};
     const nb::gil_scoped_release without_gil;
     brushgs::rasterize(params, boxes.view, picture, trace);
 }
@@ -372,16 +374,17 @@ void def_rasterize(nb::module_& m) {
     nb::class_<brushgs::Trace<T>>(m, sizeof(T) == 4 ? "TraceFloat32" : "TraceFloat64",
                                   "What painting found out and its derivative needs again; see trace.hpp.")
         .def(nb::init<>());
-    m.def(
-        "rasterize", &rasterize<T>, nb::kw_only(), "kernel"_a, "levels"_a, "min_transmittance"_a, "num_threads"_a,
-        "boxes"_a, "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(),
-        "height_plane"_a.noconvert().none(), "blend"_a, "trace"_a.none(), "size"_a, "corner"_a,
-        "Paint boxes into rgb, alpha and for each attribute of the boxes a layer [H, W] or [H, W, channels]. The "
-        "plane of the height goes with reliefs and, of stroke images, with levels that have pairs with height. "
-        "Glazes have neither these nor softness, underpaint and streaks: rgb is their tint. With a trace, which goes "
-        "with none of softness, glaze and limits, what the derivative needs is kept there. The planes hold a part of a "
-        "picture of a size (height, width), from its corner (row, column) on, which begins a tile; its sides end "
-        "a tile or the picture. With a trace they hold all of it.");
+    m.def("rasterize", &rasterize<T>, nb::kw_only(), "kernel"_a, "levels"_a, "min_transmittance"_a, "num_threads"_a,
+          "boxes"_a, "rgb"_a.noconvert(), "alpha"_a.noconvert(), "layers"_a.noconvert(),
+          "height_plane"_a.noconvert().none(), "blend"_a, "hidden"_a.none(), "trace"_a.none(), "size"_a, "corner"_a,
+          "Paint boxes into rgb, alpha and for each attribute of the boxes a layer [H, W] or [H, W, channels]. The "
+          "plane of the height goes with reliefs and, of stroke images, with levels that have pairs with height. "
+          "Glazes have neither these nor softness, underpaint and streaks: rgb is their tint. With a trace, which goes "
+          "with none of softness, glaze and limits, what the derivative needs is kept there. With hidden, which does "
+          "not go with glaze and trace, the strokes are "
+          "laid over what the planes hold, and hide this share of its height. The planes hold a part of a "
+          "picture of a size (height, width), from its corner (row, column) on, which begins a tile; its sides end "
+          "a tile or the picture. With a trace they hold all of it.");
     m.def("choose_levels", &choose_levels<T>, nb::kw_only(), "half_extents"_a.noconvert(), "bounds_u"_a.noconvert(),
           "bounds_v"_a.noconvert(),
           "For boxes of half extents [M, 2] the level codes in use, level_u * (len(bounds_v) + 1) + level_v, and "

@@ -71,19 +71,32 @@ void press(const Press<T>& p) {
     }
 }
 
+namespace {
+
+// bytes = whole part of 255 x clamp(value, 0, 1) + 1/2.
+template <class T>
+std::uint8_t byte_of(T value) {
+    value = value > 0 ? value : 0;
+    value = value < 1 ? value : 1;
+    return static_cast<std::uint8_t>(value * 255 + T(0.5));
+}
+
+}  // namespace
+
 template <class T>
 void finish(const T* rgb, const T* alpha, const T* background, bool is_picture, std::size_t num_pixels, int num_threads,
             std::uint8_t* bytes) {
     for_pixels(num_pixels, num_threads, [=](std::size_t first, std::size_t end) {
+        bool is_opaque = true;
+        for (std::size_t i = first; i < end; ++i) is_opaque &= alpha[i] == 1;
+        if (is_opaque) {  // paint on its ground: a simpler loop, which takes a third of the time
+            for (std::size_t k = 3 * first; k < 3 * end; ++k) bytes[k] = byte_of(rgb[k]);
+            return;
+        }
         for (std::size_t i = first; i < end; ++i) {
             const T light = 1 - alpha[i];
             const T* behind = is_picture ? background + 3 * i : background;
-            for (std::size_t c = 0; c < 3; ++c) {
-                T value = rgb[3 * i + c] + light * behind[c];
-                value = value > 0 ? value : 0;
-                value = value < 1 ? value : 1;
-                bytes[3 * i + c] = static_cast<std::uint8_t>(value * 255 + T(0.5));
-            }
+            for (std::size_t c = 0; c < 3; ++c) bytes[3 * i + c] = byte_of(rgb[3 * i + c] + light * behind[c]);
         }
     });
 }

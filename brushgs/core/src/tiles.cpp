@@ -235,7 +235,9 @@ TileTask<T> task_of(const RasterParams& params, const BoxView<T>& boxes, const R
     thread_local Scratch<WaitingUnderpaint> waiting;
     const int column = static_cast<int>(tile) % tiles.columns, row = static_cast<int>(tile) / tiles.columns;
     thread_local TileLimits<T> limits;
-    if (boxes.limits != nullptr) find_limits(params, boxes.limits, column * kTileWidth, row * kTileHeight, limits);
+    const bool has_strokes = tiles.starts[tile + 1] != first;
+    if (boxes.limits != nullptr && has_strokes)
+        find_limits(params, boxes.limits, column * kTileWidth, row * kTileHeight, limits);
     return {.params = params,
             .boxes = boxes,
             .records = records,

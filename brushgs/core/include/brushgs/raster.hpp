@@ -122,6 +122,10 @@ struct Picture {
     T* alpha;             // [H, W]
     Channels<T> layers;   // [H, W] each
     T* height = nullptr;  // [H, W] pixels, or null; needs `reliefs` of the boxes and, of levels, pairs with height
+    // Whether the strokes are laid over what the planes hold, as `lay_over` lays a picture of them (see coats.hpp), but
+    // planes of tiles without strokes are left alone. Not for glazes. Strokes hide the share `hidden` of the height.
+    bool lays = false;
+    T hidden = 1;
 };
 
 // The data of one stroke at every pixel: texel = offset + gradient . (pixel - anchor). The anchor is a whole pixel in
