@@ -9,6 +9,7 @@ from brushgs.rendering.coat import Coat
 from brushgs.rendering.options import RenderOptions, draw_with
 from brushgs.rendering.relief import Relief
 from brushgs.rendering.surface import Surface, paper
+from brushgs.values.part import TILE
 from brushgs.values.sh import in_colors
 from tests.kit.for_each import for_each
 from tests.passes.scenes import random_gaussians
@@ -120,3 +121,39 @@ def test_only_while_the_camera_moves_paint_hides_the_height_below_it():
         of_still, of_moving = (heights[is_moving][is_covered].mean() for is_moving in (False, True))
         assert of_still > 0.02
         assert of_moving < 0.05 * of_still
+
+
+def as_laid(coats, method):
+    """The planes of coats that a method of a canvas lays, and those of the lowest of them alone."""
+    canvas = Painting(coats, is_moving=True).with_depth(True).canvas(CAMERA)
+    lowest = canvas.lay(coats[0], coats[0].boxes(CAMERA)[0])
+    lowest = replace(lowest, **{name: getattr(lowest, name).copy() for name in PLANES})
+    for one in coats[1:]:
+        getattr(canvas, method)(one, one.boxes(CAMERA)[0])
+    return canvas._frame, lowest
+
+
+@for_each("order", ["depth", "soft"])
+def test_coats_laid_as_they_are_painted_are_those_laid_afterwards(order):
+    of_coats = replace(OPTIONS, order=order, relief=Relief())
+    wide = random_gaussians(300, 5, spread=1.5, size=0.3, dtype=np.float32)
+    stage = coat(wide, options=of_coats)
+    right = np.float32((2.5, 0, 0))
+    red, blue = strokes_at(0, (0.8, 0.2, 0.1), num=400), strokes_at(-0.5, (0.1, 0.2, 0.9), seed=2)
+    subject = coat(replace(red, means=red.means + right), options=of_coats)
+    accents = coat(replace(blue, means=blue.means + right), options=of_coats, tolerance=1.6)
+    afterwards, lowest = as_laid((stage, subject, accents), "lay")
+    at_once, _ = as_laid((stage, subject, accents), "lay_within")
+    for name in ("rgb", "alpha", "height"):
+        np.testing.assert_array_equal(getattr(at_once, name), getattr(afterwards, name))
+    np.testing.assert_allclose(at_once.depth, afterwards.depth, rtol=1e-6)
+    strokes = Painting((subject, replace(accents, tolerance=None))).frame(CAMERA).alpha
+    bare = next(
+        tile
+        for left in range(0, CAMERA.width, TILE[0])
+        for top in range(0, CAMERA.height, TILE[1])
+        if not strokes[tile := (slice(top, top + TILE[1]), slice(left, left + TILE[0]))].any()
+    )
+    assert (lowest.alpha[bare] > 0).any()
+    for name in PLANES:
+        np.testing.assert_array_equal(getattr(at_once, name)[bare], getattr(lowest, name)[bare])
