@@ -65,7 +65,8 @@ class DepthTest:
         """
         if plain.depth is None:
             raise ValueError("DepthTest: the plain picture must have a depth; render it with depth=True")
-        limit = np.where(plain.alpha > SOLID, plain.depth, np.inf).astype(plain.depth.dtype, copy=False)
+        limit = plain.depth.copy()
+        np.copyto(limit, np.inf, where=plain.alpha <= SOLID)
         larger = np.sort(strokes.scales, axis=1)[:, 1:].astype(np.float64)
         return cls(limit, sizes * np.sqrt(larger.prod(axis=1))[boxes.ids])
 
