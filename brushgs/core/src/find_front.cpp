@@ -102,13 +102,13 @@ double visible_share(const ViewSample& sample, const ViewCamera& camera, const S
 
 Measures measures_from(const ViewSample& sample, const Axes& axes, const std::vector<float>& sizes) {
     const ViewCamera camera{axes, kFrontSide};
-    const auto [plain, shaded] = paint_pair(sample, camera, sizes);
-    if (plain.num_seen == 0) return {};
+    const SmallPicture picture = paint_with_shade(sample, camera, sizes);
+    if (picture.num_seen == 0) return {};
     double coarse = 0;
-    for (std::size_t pixel = 0; pixel < plain.alpha.size(); ++pixel)
-        if (plain.is_seen(pixel)) coarse += static_cast<double>(shaded.straight(pixel, 0));
-    return {-coarse / static_cast<double>(plain.num_seen), entropy(plain), coarse_contrast(plain),
-            visible_share(sample, camera, plain)};
+    for (std::size_t pixel = 0; pixel < picture.alpha.size(); ++pixel)
+        if (picture.is_seen(pixel)) coarse += static_cast<double>(picture.shade(pixel));
+    return {-coarse / static_cast<double>(picture.num_seen), entropy(picture), coarse_contrast(picture),
+            visible_share(sample, camera, picture)};
 }
 
 // Scores of the views around a subject.

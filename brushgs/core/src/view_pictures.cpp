@@ -41,7 +41,9 @@ BoxColumns<float> boxes_of(const ViewSample& sample, const ViewCamera& camera) {
                           params);
 }
 
-void rasterize_plain(const BoxColumns<float>& boxes, int width, int height, const Picture<float>& frame) {
+// `reliefs` as of the boxes of a picture with a height, else null.
+void rasterize_plain(const BoxColumns<float>& boxes, int width, int height, const Picture<float>& frame,
+                     const float* reliefs = nullptr) {
     BoxView<float> view{};
     view.count = boxes.count;
     view.centers = boxes.centers;
@@ -51,6 +53,7 @@ void rasterize_plain(const BoxColumns<float>& boxes, int width, int height, cons
     view.opacities = boxes.opacities;
     view.depths = boxes.depths;
     view.layers = {frame.layers.count, {{boxes.depths, 1}}};
+    view.reliefs = reliefs;
     rasterize<float>({.kernel = Kernel::gaussian,
                       .width = width,
                       .height = height,
@@ -61,14 +64,9 @@ void rasterize_plain(const BoxColumns<float>& boxes, int width, int height, cons
                      view, frame);
 }
 
-SmallPicture paint(const BoxColumns<float>& boxes, int side, bool with_depth) {
-    const auto length = static_cast<std::size_t>(side), pixels = length * length;
-    SmallPicture picture{length, std::vector<float>(3 * pixels), std::vector<float>(pixels),
-                         std::vector<float>(with_depth ? pixels : 0), 0};
-    rasterize_plain(boxes, side, side,
-                    {picture.rgb.data(), picture.alpha.data(), {with_depth ? 1 : 0, {{picture.depth.data(), 1}}}});
-    for (std::size_t pixel = 0; pixel < pixels; ++pixel) picture.num_seen += picture.is_seen(pixel) ? 1 : 0;
-    return picture;
+void count_seen(SmallPicture& picture) {
+    for (std::size_t pixel = 0; pixel < picture.alpha.size(); ++pixel)
+        picture.num_seen += picture.is_seen(pixel) ? 1 : 0;
 }
 
 template <class T>
@@ -163,8 +161,11 @@ std::array<double, 3> ViewCamera::project(const double* point) const {
     return {focal() * seen[0] / depth + 0.5 * side, focal() * seen[1] / depth + 0.5 * side, depth};
 }
 
-float SmallPicture::straight(std::size_t pixel, std::size_t channel) const {
-    return std::clamp(rgb[3 * pixel + channel] / std::max(alpha[pixel], 1e-3F), 0.0F, 1.0F);
+SmallPicture::SmallPicture(int length)
+    : side(static_cast<std::size_t>(length)), rgb(3 * side * side), alpha(side * side) {}
+
+float SmallPicture::unmixed(float premultiplied, std::size_t pixel) const {
+    return std::clamp(premultiplied / std::max(alpha[pixel], 1e-3F), 0.0F, 1.0F);
 }
 
 ViewPicture paint_view(const SceneView<float>& scene, const PlainView& view) {
@@ -194,14 +195,25 @@ SmallPicture paint_shades(const ViewSample& sample, const ViewCamera& camera, co
         boxes.colors[3 * i] = red[row];
         boxes.colors[3 * i + 1] = green[row];
     }
-    return paint(boxes, camera.side, false);
+    SmallPicture picture(camera.side);
+    rasterize_plain(boxes, camera.side, camera.side, {picture.rgb.data(), picture.alpha.data(), {}});
+    count_seen(picture);
+    return picture;
 }
 
-PicturePair paint_pair(const ViewSample& sample, const ViewCamera& camera, const std::vector<float>& red) {
+SmallPicture paint_with_shade(const ViewSample& sample, const ViewCamera& camera, const std::vector<float>& shades) {
     const BoxColumns<float> boxes = boxes_of(sample, camera);
-    SmallPicture plain = paint(boxes, camera.side, true);
-    for (std::size_t i = 0; i < boxes.count; ++i) boxes.colors[3 * i] = red[static_cast<std::size_t>(boxes.ids[i])];
-    return {std::move(plain), paint(boxes, camera.side, false)};
+    // The shade is painted as the height of paint: one picture takes 0.6 of the time of two.
+    std::vector<float> heights(2 * boxes.count);
+    for (std::size_t i = 0; i < boxes.count; ++i) heights[2 * i] = shades[static_cast<std::size_t>(boxes.ids[i])];
+    SmallPicture picture(camera.side);
+    picture.depth.resize(picture.alpha.size());
+    picture.shades.resize(picture.alpha.size());
+    rasterize_plain(boxes, camera.side, camera.side,
+                    {picture.rgb.data(), picture.alpha.data(), {1, {{picture.depth.data(), 1}}}, picture.shades.data()},
+                    heights.data());
+    count_seen(picture);
+    return picture;
 }
 
 std::vector<float> shades_of_size(const ViewSample& sample) {

@@ -28,17 +28,18 @@ struct ViewCamera {
 
 struct SmallPicture {
     std::size_t side;
-    std::vector<float> rgb, alpha;  // [side, side, 3] premultiplied, [side, side]
-    std::vector<float> depth;       // [side, side], or empty
-    std::size_t num_seen;           // pixels that show the subject
+    std::vector<float> rgb, alpha;     // [side, side, 3] premultiplied, [side, side]
+    std::vector<float> depth, shades;  // [side, side], the shades premultiplied; or both empty
+    std::size_t num_seen = 0;          // pixels that show the subject
 
+    explicit SmallPicture(int length);
     bool is_seen(std::size_t pixel) const { return static_cast<double>(alpha[pixel]) > kSeen; }
-    float straight(std::size_t pixel, std::size_t channel) const;  // color, 0 to 1
-};
+    // Color and shade, 0 to 1.
+    float straight(std::size_t pixel, std::size_t channel) const { return unmixed(rgb[3 * pixel + channel], pixel); }
+    float shade(std::size_t pixel) const { return unmixed(shades[pixel], pixel); }
 
-// Pictures of one camera: the second, if asked for, has `shades` [count] in place of red, and no depth.
-struct PicturePair {
-    SmallPicture plain, shaded;
+private:
+    float unmixed(float premultiplied, std::size_t pixel) const;
 };
 
 // Adds a row of a scene to a sample with a center and a radius, its scales times `growth`.
@@ -62,8 +63,8 @@ ViewPicture paint_view(const SceneView<float>& scene, const PlainView& view);
 SmallPicture paint_shades(const ViewSample& sample, const ViewCamera& camera, const std::vector<float>& red,
                           const std::vector<float>& green);
 
-// In its colors, with depth; and with a shade in place of red.
-PicturePair paint_pair(const ViewSample& sample, const ViewCamera& camera, const std::vector<float>& red);
+// In its colors, with depth and a shade [count].
+SmallPicture paint_with_shade(const ViewSample& sample, const ViewCamera& camera, const std::vector<float>& shades);
 
 // [count] 0 to 1: the logarithm of the size of each Gaussian.
 std::vector<float> shades_of_size(const ViewSample& sample);
