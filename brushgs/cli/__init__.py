@@ -24,12 +24,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     Returns:
         The exit code.
     """
-    if "numpy" not in sys.modules:
-        # Matrices are small, so BLAS threads mostly wait for each other: with one, a painting of 250 strokes
-        # takes 0.86 of the time (two cores, shared). The core has its own threads.
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        # Importing makes objects and no garbage: looking for it every 700 objects takes 1.5 % of a painting.
-        gc.set_threshold(10_000)
+    if "numpy" in sys.modules:  # a program calls
+        return _answered(argv)
+    # Matrices are small, so BLAS threads mostly wait for each other: with one, a painting of 250 strokes
+    # takes 0.86 of the time (two cores, shared). The core has its own threads.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Importing makes objects and no garbage. Looking for it every 700 objects, and again while Python exits,
+    # takes 6 % of a painting of 250 strokes.
+    gc.set_threshold(50_000)
+    exit_code = _answered(argv)
+    gc.freeze()
+    return exit_code
+
+
+def _answered(argv: Sequence[str] | None) -> int:
     with forgiving_streams() as stdout, hearing_stops() as stop:
         exit_code = _run(sys.argv[1:] if argv is None else argv, stop)
         stdout.flush()
