@@ -31,7 +31,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Importing makes objects and no garbage. Looking for it every 700 objects, and again while Python exits,
     # takes 6 % of a painting of 250 strokes.
-    gc.set_threshold(50_000)
+    gc.set_threshold(200_000)
     exit_code = _answered(argv)
     gc.freeze()
     return exit_code
