@@ -21,6 +21,7 @@ from brushgs.brushes.levels import (
 )
 from brushgs.brushes.texture import StrokeTexture, Tint
 from brushgs.core.native import core as _core
+from brushgs.core.threads import side_by_side
 from brushgs.options.choices import Filter
 from brushgs.rendering.relief import paint_height
 from brushgs.values.arrays import F64, Array
@@ -72,9 +73,13 @@ def levels_for(
         ValueError: if a brush is beyond the set; the message starts with `where`.
     """
     chosen, of_box = _chosen(where, boxes, brush_set, filter)
-    found: list[Level] = []
-    for brush, codes in chosen:
-        found += packed_levels(brush_set.textures[brush], codes, heights=heights, num_threads=num_threads)
+    wanted = [(brush_set.textures[brush], codes) for brush, codes in chosen]
+
+    def made(one: tuple[StrokeTexture, list[Code]]) -> list[Level]:
+        return packed_levels(*one, heights=heights, num_threads=num_threads)
+
+    side_by_side(made, (one for one in wanted if _missing(*one, heights)), num_threads)
+    found = [level for one in wanted for level in made(one)]
     brushes = [brush for brush, codes in chosen for _ in codes]
     levels = _packed(found, [brush_set.textures[brush].tint for brush in brushes], of_box, heights)
     all_codes = [code for _, codes in chosen for code in codes]
@@ -240,15 +245,19 @@ def packed_levels(
     texture: StrokeTexture, codes: list[Code], *, heights: bool = False, num_threads: int | None = None
 ) -> list[Level]:
     """Levels of a brush, with heights where they are asked for; missing ones are made together."""
+    if missing := _missing(texture, codes, heights):
+        _cache[texture] |= zip(missing, _made(texture, missing, heights, num_threads), strict=True)
+    return [_cache[texture][code] for code in codes]
+
+
+def _missing(texture: StrokeTexture, codes: list[Code], heights: bool) -> list[Code]:
+    """Those of the codes whose levels are neither made nor found yet, in order."""
     known = _cache.get(texture)
     if known is None:
         known = _cache.setdefault(texture, dict(_find(texture)))
-    missing = sorted(
+    return sorted(
         code for code in codes if code not in known or (heights and known[code].pairs_with_height is None)
     )
-    if missing:
-        known |= zip(missing, _made(texture, missing, heights, num_threads), strict=True)
-    return [known[code] for code in codes]
 
 
 def _made(
