@@ -227,7 +227,7 @@ std::array<PerAxis, kEvidence.size()> measure_up(const ViewSample& sample, int n
                  [&](std::size_t i) { looks[i] = look_from(sample, from[i], shades, sizes); });
     const Values weights = painted_weights(sample);
     std::array<PerAxis, kEvidence.size()> values;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
+    parallel_for(3, num_threads, [&](std::size_t axis) {
         const auto above_minus_below = [&](double height, double Look::*value) {
             return mean_where(looks, from, axis, {height, 2}, value) -
                    mean_where(looks, from, axis, {-2, -height}, value);
@@ -251,7 +251,7 @@ std::array<PerAxis, kEvidence.size()> measure_up(const ViewSample& sample, int n
         }
         values.back()[axis] = upright.stability();
         values.back()[axis + 3] = Upright(sample, weights, axis, -1).stability();
-    }
+    });
     return values;
 }
 

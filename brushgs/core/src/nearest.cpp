@@ -47,7 +47,7 @@ struct Several {
 Nearest find_nearest(const NearestQuery& query) {
     Nearest found{std::make_unique_for_overwrite<double[]>(query.num_points),
                   std::make_unique_for_overwrite<std::int32_t[]>(query.num_points)};
-    const KdTree tree(query.centers, query.num_centers, query.num_dimensions);
+    const KdTree tree(query.centers, query.num_centers, query.num_dimensions, query.num_threads);
     const std::size_t num_items = (query.num_points + kPointsPerItem - 1) / kPointsPerItem;
     parallel_for(num_items, query.num_threads, [&](std::size_t item) {
         const std::size_t begin = item * kPointsPerItem, end = std::min(begin + kPointsPerItem, query.num_points);
@@ -67,7 +67,7 @@ Nearest find_nearest(const NearestQuery& query) {
 
 void find_neighbors(const NeighborQuery& query, std::int32_t* neighbors) {
     if (query.num_points == 0 || query.num_neighbors == 0) return;
-    const KdTree tree(query.points, query.num_points, query.num_dimensions);
+    const KdTree tree(query.points, query.num_points, query.num_dimensions, query.num_threads);
     const std::size_t num_items = (query.num_points + kPointsPerItem - 1) / kPointsPerItem;
     parallel_for(num_items, query.num_threads, [&](std::size_t item) {
         const std::size_t begin = item * kPointsPerItem, end = std::min(begin + kPointsPerItem, query.num_points);
@@ -83,7 +83,7 @@ void find_neighbors(const NeighborQuery& query, std::int32_t* neighbors) {
 
 void find_several(const SeveralQuery& query, double* distances, std::int32_t* rows) {
     if (query.num_queries == 0 || query.num_nearest == 0) return;
-    const KdTree tree(query.points, query.num_points, query.num_dimensions);
+    const KdTree tree(query.points, query.num_points, query.num_dimensions, query.num_threads);
     const std::size_t num_items = (query.num_queries + kQueriesPerItem - 1) / kQueriesPerItem;
     parallel_for(num_items, query.num_threads, [&](std::size_t item) {
         const std::size_t begin = item * kQueriesPerItem, end = std::min(begin + kQueriesPerItem, query.num_queries);

@@ -125,7 +125,7 @@ void search_group(const PointGroups& groups, std::size_t group, const KdTree& tr
 Nearest find_nearest_again(const PointGroups& groups, int num_threads) {
     Nearest found{std::make_unique_for_overwrite<double[]>(groups.num_points),
                   std::make_unique_for_overwrite<std::int32_t[]>(groups.num_points)};
-    const KdTree tree(groups.centers, groups.num_groups, groups.num_dimensions);
+    const KdTree tree(groups.centers, groups.num_groups, groups.num_dimensions, num_threads);
     for_groups(groups, num_threads, [&](std::size_t group) {
         const double* center = groups.centers + group * groups.num_dimensions;
         const auto own = static_cast<std::int32_t>(group);
@@ -150,7 +150,7 @@ Nearest find_nearest_again(const PointGroups& groups, int num_threads) {
 }
 
 void find_nearer(const PointGroups& groups, const NearerQuery& query) {
-    const KdTree tree(query.others, query.num_others, groups.num_dimensions);
+    const KdTree tree(query.others, query.num_others, groups.num_dimensions, query.num_threads);
     for_groups(groups, query.num_threads, [&](std::size_t group) {
         double farthest = 0;
         for (std::int64_t i = groups.begins[group]; i < groups.begins[group + 1]; ++i)

@@ -27,7 +27,7 @@ constexpr double kFarthest = 4.0;       // radii; positions beyond are clipped, 
 constexpr double kLeastVisible = 1e-6;  // weights stay above zero: a cluster may consist of hidden Gaussians
 constexpr double kAlmostOpaque = 0.99;  // the rasterizer's limit on alpha
 constexpr std::size_t kMostAtOnce = 4;  // lines: each holds some ten numbers for each Gaussian while it works
-constexpr std::size_t kPerThread = 50'000;  // Gaussians: with fewer, threads save nothing
+constexpr std::size_t kPerThread = 10'000;  // Gaussians, some 0.5 ms a line
 
 double dot(const double* a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
