@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,10 +14,12 @@ from brushgs.formats.cameras.read import CameraFile, read_cameras
 from brushgs.formats.files import exists
 from brushgs.formats.pictures.images import read_image
 from brushgs.formats.registry import PICTURE_FORMATS, PICTURES_READ, suffixes_of
-from brushgs.passes.where.masks import MaskView
 from brushgs.values.arrays import Array
 from brushgs.values.camera import Camera
 from brushgs.values.colors import split_alpha
+
+if TYPE_CHECKING:
+    from brushgs.passes.where.masks import MaskView
 
 SUFFIXES = suffixes_of(PICTURE_FORMATS)
 SAME_SHAPE = 0.02  # tolerance in the aspect of a mask and its camera
@@ -38,7 +41,7 @@ class MaskOpener:
     def _cameras(self) -> CameraFile:
         return read_cameras(self.camera_file)
 
-    def __call__(self, path: Path) -> Sequence[MaskView]:
+    def __call__(self, path: Path) -> "Sequence[MaskView]":
         """The masks of a picture, or of a folder of pictures: white is inside, alpha is certainty.
 
         Pictures and cameras are matched by picture name without suffix; without names, in sorted order.
@@ -98,7 +101,9 @@ def _stem(name: str) -> str:
     return name
 
 
-def _mask(file: Path, camera: Camera) -> MaskView:
+def _mask(file: Path, camera: Camera) -> "MaskView":
+    from brushgs.passes.where.masks import MaskView
+
     rgb, known, own = open_with_camera(file, camera, "paint it over the picture itself")
     return MaskView(own, rgb.mean(axis=2), known)
 

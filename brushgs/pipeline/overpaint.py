@@ -13,7 +13,6 @@ from brushgs.brushes.texture import StrokeTexture
 from brushgs.errors import SceneWarning
 from brushgs.options.overpaint import Balls, OverpaintConfig
 from brushgs.options.scene_source import SceneFiles, SceneSource
-from brushgs.passes.marks.strokes import SIGMAS, brush_of, strokes_of
 from brushgs.pipeline.clip import SAME_MOMENT, Clip
 from brushgs.pipeline.media.materials import BACKDROP
 from brushgs.pipeline.report import Report
@@ -23,11 +22,11 @@ from brushgs.rendering.motion import Pose, StrokeMotion
 from brushgs.rendering.options import RenderOptions
 from brushgs.values.camera import FirstView
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.marks import NO_TILE, Density, Marks, Overpaint
 from brushgs.values.quats import rotation_matrices
 
 if TYPE_CHECKING:
     from brushgs.values.arrays import F64, Array, Rows
+    from brushgs.values.marks import Marks, Overpaint
 
 MARKS = "marks"  # name of the coats
 OWN_BRUSH = "dab"  # of marks without a tile
@@ -40,8 +39,8 @@ NEAR = 4  # strokes whose sizes count
 class Overpainted(NamedTuple):
     """The files of marks, in order, and all their changes to the strokes of a scene."""
 
-    files: tuple[Overpaint, ...]
-    joined: Overpaint
+    files: "tuple[Overpaint, ...]"
+    joined: "Overpaint"
 
 
 def open_overpaint(
@@ -57,6 +56,7 @@ def open_overpaint(
         SceneError: as `read_marks` does, or if the scene cannot be read.
     """
     from brushgs.formats.marks import read_marks
+    from brushgs.values.marks import Overpaint
 
     files = tuple(read_marks(path) for path in config.files)
     if source is not None and not isinstance(source, Gaussians) and any(f.time is not None for f in files):
@@ -65,7 +65,7 @@ def open_overpaint(
     return Overpainted(files, Overpaint.joined(files))
 
 
-def _at_shown_moment(file: Overpaint, path: Path, source: SceneFiles | Clip) -> Overpaint:
+def _at_shown_moment(file: "Overpaint", path: Path, source: SceneFiles | Clip) -> "Overpaint":
     """The marks, at the moment of a still, or at the nearest shown moment of a clip."""
     from brushgs.formats.moving import open_moving
     from brushgs.passes.marks.moving import carried
@@ -95,7 +95,7 @@ def _at_shown_moment(file: Overpaint, path: Path, source: SceneFiles | Clip) -> 
     return replace(carried(file, scene.at(file.time), scene.at(shown)), time=shown)
 
 
-def balls_of(overpaint: Overpaint) -> Balls:
+def balls_of(overpaint: "Overpaint") -> Balls:
     """The painted density, as values."""
     found = overpaint.density
     if found is None:
@@ -106,6 +106,7 @@ def balls_of(overpaint: Overpaint) -> Balls:
 def painted_factors(gaussians: Gaussians, balls: Balls) -> "F64":
     """[N] factors on the strokes per area, from at least one ball."""
     from brushgs.passes.reduce.focus import painted_focus
+    from brushgs.values.marks import Density
 
     rows = np.array(balls)
     return painted_focus(gaussians, Density(rows[:, :3], rows[:, 3], rows[:, 4]))
@@ -173,7 +174,7 @@ def marks_continued(
     return after
 
 
-def _changed(coat: Coat, file: Overpaint, pose: Pose | None, strokes: Gaussians) -> Coat:
+def _changed(coat: Coat, file: "Overpaint", pose: Pose | None, strokes: Gaussians) -> Coat:
     """A coat with strokes cut and turned where they were at the moment of the pose."""
     from brushgs.passes.marks.changes import combed, cut_of
 
@@ -204,7 +205,7 @@ def _turned(coat: Coat, quats: "Array") -> Coat:
 
 
 def coats_of_marks(
-    marks: Marks,
+    marks: "Marks",
     strokes: Gaussians,
     threads: int | None = None,
     pose: Pose | None = None,
@@ -219,6 +220,8 @@ def coats_of_marks(
         pose: of the strokes at the moment of the marks, which then follow them; None if nothing moves.
         around: strokes of a backdrop or a stage, on which marks may lie too.
     """
+    from brushgs.passes.marks.strokes import strokes_of
+
     laid = nearest_regions(strokes, strokes_of(marks))
     normals: Array = marks.normals
     if pose is not None:
@@ -235,7 +238,10 @@ def coats_of_marks(
     return found
 
 
-def _coat(marks: Marks, laid: Gaussians, tolerance: float, threads: int | None) -> Coat:
+def _coat(marks: "Marks", laid: Gaussians, tolerance: float, threads: int | None) -> Coat:
+    from brushgs.passes.marks.strokes import SIGMAS, brush_of
+    from brushgs.values.marks import NO_TILE
+
     textures, brushes = [StrokeTexture.open(OWN_BRUSH)], np.zeros(len(marks), np.uint8)
     is_turned = marks.widths > marks.lengths
     for row in np.flatnonzero(marks.tiles != NO_TILE):

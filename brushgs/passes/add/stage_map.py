@@ -17,10 +17,10 @@ from brushgs.passes.add.stage_surface import Spots, Surface
 from brushgs.values.arrays import F64
 from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of
-from brushgs.values.style import MarkDictionary, StyleStage
 
 if TYPE_CHECKING:
     from brushgs.passes.style.transport import FlatColors
+    from brushgs.values.style import MarkDictionary, StyleStage
 
 TABLE = 0.3, 0.65  # least and largest share of a map's height that lies on the table
 COVE = 0.3  # share of the way from table to wall that still counts as table
@@ -42,10 +42,10 @@ class Part:
         inks: the colors of a print; None for a painting.
     """
 
-    stage: StyleStage
+    stage: "StyleStage"
     color: float
     direction: float
-    marks: MarkDictionary | None = None
+    marks: "MarkDictionary | None" = None
     inks: "FlatColors | None" = None
 
 
@@ -162,7 +162,7 @@ def _contrasts(part: Part) -> F64:
     return np.minimum(part.marks.factors_at(ranks), 1)
 
 
-def oklab_field(stage: StyleStage) -> F64:
+def oklab_field(stage: "StyleStage") -> F64:
     """[h, w, 3] the colors of a map, OKLab."""
     rgb = stage.colors.astype(np.float64)
     return np.asarray(oklab_of(rgb.reshape(-1, 3)).reshape(rgb.shape))

@@ -5,16 +5,18 @@ the total number of strokes is unchanged, and the density inside is twice that o
 """
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from brushgs.passes.form.saliency import saliency
-from brushgs.passes.where.maps import picture_values
 from brushgs.values.arrays import F64, Array, smoothstep
 from brushgs.values.camera import Camera, FirstView
 from brushgs.values.gaussians import Gaussians
-from brushgs.values.marks import Density
+
+if TYPE_CHECKING:
+    from brushgs.values.marks import Density
 
 STRENGTH = 2.0  # factor on the strokes per area
 # For 4000 strokes of a room, 7 gave the face of a cook 6.2 times the density of other parts (1.6 without a
@@ -37,7 +39,7 @@ def sphere_focus(gaussians: Gaussians, center: ArrayLike, radius: float) -> F64:
     return _factors(_inside(distances, radius))
 
 
-def painted_focus(gaussians: Gaussians, density: Density) -> F64:
+def painted_focus(gaussians: Gaussians, density: "Density") -> F64:
     """Factors [N], at least `LEAST`, of balls that were painted by hand, each with a smooth edge.
 
     Where balls overlap, the largest factor above 1 counts, times the smallest one below 1: a drag
@@ -100,6 +102,8 @@ def mask_focus(gaussians: Gaussians, camera: Camera, mask: Array, *, num_threads
         mask: [H, W] in the size of the view, 0 (no focus) to 1.
         num_threads: None takes the processors available to this process. The result does not depend on it.
     """
+    from brushgs.passes.where.maps import picture_values
+
     return _factors(picture_values(gaussians, camera, mask, num_threads=num_threads)[0])
 
 
