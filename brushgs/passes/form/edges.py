@@ -18,6 +18,7 @@ import numpy as np
 
 from brushgs.passes.form.outline import Around, Outline, View, view_of
 from brushgs.passes.neighbours import nearest
+from brushgs.rendering.view_by_view import view_by_view
 from brushgs.values.arrays import F64, Array, Mask, Rows, check, smoothstep
 from brushgs.values.camera import Camera
 from brushgs.values.colors import oklab_of, rgb_of_oklab
@@ -223,7 +224,8 @@ def find_edges(
     says = [_spread(lightness), np.zeros(count) if focus is None else _spread(focus)]
     says.append(np.ones(count) if subject is None else subject.astype(np.float64))
     step = -(-len(cameras) // MOST_VIEWS) or 1
-    all_views = [view_of(strokes, camera, around, np.stack(says, axis=1)) for camera in cameras[::step]]
+    told = np.stack(says, axis=1)
+    all_views = view_by_view(lambda camera: view_of(strokes, camera, around, told), cameras[::step], count)
     views = [view for view in all_views if view is not None]
     if not views:
         return None
