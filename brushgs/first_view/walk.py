@@ -135,7 +135,7 @@ def shown_outside(gaussians: Gaussians, view: FirstView) -> list[Shown]:
         return []
     azimuths = 2 * np.pi * np.arange(NUM_OUTSIDE) / NUM_OUTSIDE
     cameras = [frame_scene(view, width=WIDTH, height=HEIGHT, azimuth=azimuth) for azimuth in azimuths]
-    return [judge(camera) for camera in cameras]
+    return side_by_side(judge, cameras)
 
 
 def find_stands(gaussians: Gaussians, view: FirstView) -> list[Stand]:
