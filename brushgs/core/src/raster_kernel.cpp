@@ -378,10 +378,10 @@ template <class T, Kernel kernel, Shading shading = Shading::none, Shading kept>
     };
     is_image<kernel>&& has_relief ? sample.template operator()<true>() : sample.template operator()<false>();
     if (task.limits != nullptr) samples.blocks = sift_behind(task, id, samples.blocks, samples.alphas, samples.pixels);
-    const auto fill = [&](auto& planes, T value) {
-        for (std::uint32_t blocks = samples.blocks; blocks != 0; blocks &= blocks - 1)
-            for (T& pixel : planes[__builtin_ctz(blocks)]) pixel = value;
+    const auto fill = [](auto& planes, T value) {
+        for (T& pixel : planes[0]) pixel = value;
     };
+    samples.has_one_shade = shading == Shading::none;
     if constexpr (kept == Shading::streaks && shading == Shading::none) fill(samples.shades[0], 1);
     if constexpr (kept == Shading::tints && shading == Shading::none)
         for (int c = 0; c < 3; ++c) fill(samples.shades[c], record.color[c]);
@@ -389,52 +389,72 @@ template <class T, Kernel kernel, Shading shading = Shading::none, Shading kept>
         for (std::uint32_t blocks = samples.blocks; blocks != 0; blocks &= blocks - 1)
             for (int p = 0, b = __builtin_ctz(blocks); p < kBlockPixels; ++p)
                 for (int c = 2; c >= 0; --c) samples.shades[c][b][p] = samples.shades[0][b][p] * record.color[c];
+    samples.has_one_height = !is_image<kernel>;
     if (has_relief && !is_image<kernel>) fill(samples.heights, thickness_of(task, id, share));
 }
 
-// The bound on each stroke of a tile and all behind it; that of nothing at the end.
+// The blocks of a tile that the box of a stroke image meets.
 template <class T>
-const SoftBehind<T>* find_behind(const TileTask<T>& task, SoftQueues<T>& queues) {
-    make_behind(queues, task.num_ids + 1);
-    SoftBehind<T> bound = queues.behind[task.num_ids] = {0, std::numeric_limits<T>::max()};
-    for (std::size_t i = task.num_ids; i > 0; --i) {
-        const std::uint32_t id = task.ids[i - 1];
-        const T softness = task.boxes.softness[id], squared = softness * softness;
-        const T begin = task.boxes.depths[id] - softness;
-        if (bound.squared_softness < squared) bound.squared_softness = squared;
-        if (begin < bound.begin) bound.begin = begin;
-        queues.behind[i - 1] = bound;
-    }
-    return queues.behind;
+[[gnu::always_inline]] inline std::uint32_t blocks_of_image(const TileTask<T>& task, const Record<T>& record) {
+    const std::uint32_t blocks = blocks_in_bounds(record, task.x0, task.y0);
+    if (blocks == 0) return 0;
+    const Sampler<T, Kernel::bilinear> sampler(task.params, record);
+    return BlockCoordinates<T>().find(record, sampler, task.x0, task.y0, blocks);
 }
 
-// By value, as above. `next` samples a record into its argument, or returns false at the end. A record is sampled
-// before the one in front of it is blended: what blending does next hangs on the samples. Where too many fragments wait
-// this notes that the tile is a crowd and ends; the tile has to be begun anew.
+// The bound on each stroke of a tile and all behind it; that of nothing at the end. For underpaint also in each block:
+// then strokes that meet no block do not count, as the same tile in a part of the picture may not list them, and when
+// fragments are final sets the order in which they are summed up.
+template <class T>
+void find_behind(const TileTask<T>& task, SoftQueues<T>& queues) {
+    using L = Lanes<T>;
+    const bool has_underpaint = task.underpaints != nullptr;
+    make_behind(queues, task.num_ids + 1);
+    SoftBehind<T> bound = queues.behind[task.num_ids] = {0, std::numeric_limits<T>::max()};
+    T* begins = queues.begins + kNumBlocks * task.num_ids;
+    for (int b = 0; b < kNumBlocks; ++b) begins[b] = bound.begin;
+    for (std::size_t i = task.num_ids; i > 0; --i) {
+        const std::uint32_t id = task.ids[i - 1];
+        const std::uint32_t blocks = has_underpaint ? blocks_of_image(task, task.records[id]) : ~0u;
+        const T softness = task.boxes.softness[id], squared = softness * softness;
+        const T begin = task.boxes.depths[id] - softness;
+        if (blocks != 0 && bound.squared_softness < squared) bound.squared_softness = squared;
+        if (blocks != 0 && begin < bound.begin) bound.begin = begin;
+        queues.behind[i - 1] = bound;
+        if (!has_underpaint) continue;
+        begins -= kNumBlocks;
+        for (int b = 0; b < kNumBlocks; b += L::width) {
+            const auto behind = L::load(begins + kNumBlocks + b);
+            L::store(begins + b, L::select(L::from_bits(blocks >> b), L::min(behind, L::set(begin)), behind));
+        }
+    }
+}
+
+// By value, as above. `next` samples a record into its argument, or returns false at the end. Where too many fragments
+// wait this notes that the tile is a crowd and ends; the tile has to be begun anew.
 template <class T, Shading kept, class Next>
 [[gnu::always_inline]] inline void blend_softly(const TileTask<T>& task, SoftQueues<T>& queues, SoftTile<T>& tile,
                                                 const Next& next) {
     SoftState<T> soft;
     SoftBlender<T, kept> blender(task, queues, soft, tile);
     CrowdBlender<T, kept> crowd(task, queues.crowd, soft, tile);
-    SoftSamples<T, kept> samples[2];
     const bool is_crowd = queues.is_crowd;
     if (is_crowd) clear(queues.crowd, num_shades(kept), queues.keeps_heights);
-    bool is_end = false;
-    for (std::size_t i = 0; !is_end && tile.alive_blocks != 0; ++i) {
-        is_end = !next(samples[i % 2]);
-        if (i == 0) continue;
-        const SoftSamples<T, kept>& own = samples[(i - 1) % 2];
+    for (SoftSamples<T, kept> own; tile.alive_blocks != 0 && next(own);) {
         if (is_crowd) {
             crowd.add(own);
             continue;
         }
         if (own.blocks == 0) continue;
         blender.begin(own.record);
-        for (std::uint32_t blocks = own.blocks; blocks != 0; blocks &= blocks - 1) {
-            const int b = __builtin_ctz(blocks);
-            if (!blender.blend(
-                    {b, own.alphas[b], own.shades[0][kept == Shading::none ? 0 : b], own.heights[b], own.pixels[b]})) {
+        const auto fragments_in = [&](int b) __attribute__((always_inline)) {
+            return BlockFragments<T>{b, own.alphas[b], own.shades_of(b), own.heights_of(b), own.pixels[b]};
+        };
+        const std::uint32_t plain = blender.plain_blocks(own.blocks);
+        for (std::uint32_t blocks = plain; blocks != 0; blocks &= blocks - 1)
+            blender.blend_plainly(fragments_in(__builtin_ctz(blocks)));
+        for (std::uint32_t blocks = own.blocks & ~plain; blocks != 0; blocks &= blocks - 1) {
+            if (!blender.blend(fragments_in(__builtin_ctz(blocks)))) {
                 queues.is_crowd = true;
                 return;
             }
@@ -448,13 +468,13 @@ template <class T>
 [[gnu::always_inline]] inline SoftRecord<T> stroke_record(const BoxView<T>& boxes, std::uint32_t id,
                                                           const SoftBehind<T>& behind) {
     const T depth = boxes.depths[id], softness = boxes.softness[id];
-    return {id, depth, softness * softness, depth + softness, behind};
+    return {id, depth, softness * softness, depth + softness, behind, nullptr};
 }
 
 template <class T>
 void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, SoftTile<T>& tile) {
     clear(queues);
-    const SoftBehind<T>* const behind = find_behind(task, queues);
+    find_behind(task, queues);
     const Attributes<T, kMostChannels> attributes(task.boxes.layers);
     std::size_t i = 0;
     blend_softly<T, Shading::none>(
@@ -462,7 +482,7 @@ void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, SoftTile<T>
             if (i == task.num_ids) return false;
             prefetch(task, attributes, i);
             const std::uint32_t id = task.ids[i];
-            samples.record = stroke_record(task.boxes, id, behind[i]);
+            samples.record = stroke_record(task.boxes, id, queues.behind[i]);
             sample_softly<T, Kernel::bilinear>(task, task.records[id], tile, false, samples);
             ++i;
             return true;
@@ -473,7 +493,7 @@ void blend_all_softly(const TileTask<T> task, SoftQueues<T>& queues, SoftTile<T>
 template <class T, Shading kept>
 void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, SoftTile<T>& tile) {
     clear(queues);
-    const SoftBehind<T>* const behind = find_behind(task, queues);
+    find_behind(task, queues);
     const Attributes<T, kMostChannels> attributes(task.boxes.layers);
     const bool has_relief = queues.keeps_heights;
     constexpr T largest = std::numeric_limits<T>::max();  // infinite depths would have no gap between them
@@ -486,15 +506,15 @@ void blend_all_layers_softly(const TileTask<T> task, SoftQueues<T>& queues, Soft
             if (layer.is_underpaint) {  // has no softness of its own
                 const double exact = underpaint_depth(task.boxes, id);
                 const T depth = exact < static_cast<double>(largest) ? static_cast<T>(exact) : largest;
-                const SoftBehind<T> strokes = behind[order.next_place()];
-                // More underpaint may follow, at this depth or behind it.
-                const T begin = strokes.begin < depth ? strokes.begin : depth;
-                samples.record = {id, depth, 0, depth, {strokes.squared_softness, begin}};
+                const std::size_t next = order.next_place();
+                SoftBehind<T> rest = queues.behind[next];
+                if (depth < rest.begin) rest.begin = depth;  // more underpaint may follow, here or behind
+                samples.record = {id, depth, 0, depth, rest, queues.begins + kNumBlocks * next};
                 sample_softly<T, Kernel::gaussian>(task, task.underpaints[id], tile, has_relief, samples,
                                                    static_cast<T>(kUnderpaintThickness));
                 return true;
             }
-            samples.record = stroke_record(task.boxes, id, behind[layer.place]);
+            samples.record = stroke_record(task.boxes, id, queues.behind[layer.place]);
             prefetch(task, attributes, layer.place);
             const Record<T>& record = task.records[id];
             if constexpr (kept == Shading::tints) {

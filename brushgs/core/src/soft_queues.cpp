@@ -61,9 +61,9 @@ void add_places(SoftQueues<T>& queues) {
         std::copy_n(queues.waiting + b * before, before, waiting.get() + b * words);
     auto records = std::make_unique<std::uint32_t[]>(places);
     std::copy_n(queues.records, queues.num_places, records.get());
-    auto columns = std::make_unique<T[]>(3 * places);
+    auto columns = std::make_unique<T[]>(4 * places);
     T* next = columns.get();
-    for (T** const column : {&queues.depths, &queues.squared_softness, &queues.ends}) {
+    for (T** const column : {&queues.depths, &queues.squared_softness, &queues.ends, &queues.shares}) {
         std::copy_n(*column, queues.num_places, next);
         *column = next;
         next += places;
@@ -108,6 +108,8 @@ void make_behind(SoftQueues<T>& queues, std::size_t count) {
     if (count <= queues.num_behind) return;
     queues.behind_memory = std::make_unique_for_overwrite<SoftBehind<T>[]>(2 * count);
     queues.behind = queues.behind_memory.get();
+    queues.begin_memory = std::make_unique_for_overwrite<T[]>(2 * count * SoftQueues<T>::num_queues);
+    queues.begins = queues.begin_memory.get();
     queues.num_behind = 2 * count;
 }
 

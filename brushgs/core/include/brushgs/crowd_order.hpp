@@ -52,9 +52,10 @@ public:
                 L::store(block.alphas.get() + kBlockPixels * place + lane, alpha);
                 L::store(soft_.light[b] + lane, after);
                 for (int c = 0; c < num_shades(stored); ++c)
-                    L::store(shades_of(block, place, c) + lane, L::load(samples.shades[c][b] + lane));
+                    L::store(shades_of(block, place, c) + lane,
+                             L::load(samples.shades_of(b) + c * kNumBlocks * kBlockPixels + lane));
                 if (crowd_.keeps_heights)
-                    L::store(block.heights.get() + kBlockPixels * place + lane, L::load(samples.heights[b] + lane));
+                    L::store(block.heights.get() + kBlockPixels * place + lane, L::load(samples.heights_of(b) + lane));
                 largest[part] = L::select(L::less(all, largest[part], alpha), alpha, largest[part]);
                 last |= L::bits(L::less(all, after, L::set(static_cast<T>(kLeastLight)))) << lane;
             }

@@ -2,7 +2,8 @@
 //
 // A fragment is final once its depth differs from the next record's by more than the reach of their softness: it is
 // retired into the sums, in stroke order, like sorted strokes. The others wait in the queue of their block, all its
-// pixels together. Compiled once per instruction set, see CMakeLists.txt.
+// pixels together. Underpaint that no stroke behind reaches in its block is final at once, and never queued: that is
+// the greater part of all underpaint. Compiled once per instruction set, see CMakeLists.txt.
 #pragma once
 
 #include <cmath>
@@ -68,6 +69,9 @@ struct SoftRecord {
     T squared_softness;  // world units squared
     T end;               // depth + softness
     SoftBehind<T> behind;
+    // Of underpaint, else null: [kNumBlocks] the least depth - softness of the strokes behind it in each block. Other
+    // underpaint does not reach it, but may reach a stroke.
+    const T* begins;
 };
 
 // What a record is at the pixels of a tile.
@@ -79,6 +83,12 @@ struct SoftSamples {
     alignas(64) T heights[kNumBlocks][kBlockPixels];  // where they are kept
     std::uint16_t pixels[kNumBlocks];
     std::uint32_t blocks;
+    bool has_one_shade, has_one_height;  // of all pixels: those of block 0 are those of all blocks
+
+    [[gnu::always_inline]] inline const T* shades_of(int b) const {
+        return shades[0][stored == Shading::none || has_one_shade ? 0 : b];
+    }
+    [[gnu::always_inline]] inline const T* heights_of(int b) const { return heights[has_one_height ? 0 : b]; }
 };
 
 // Its fragments in one block of the tile.
@@ -90,36 +100,6 @@ struct BlockFragments {
     const T* heights;  // [kBlockPixels] heights of the paint, where they are kept
     unsigned pixels;   // bit p: whether pixel p has one
 };
-
-// Fragments of one block that are added to the sums together.
-struct Retired {
-    int b;
-    const std::uint32_t *slots, *records;  // [count]
-    std::size_t count;
-};
-
-// Adds fragments to the sums of the layers of a picture, `attributes` of its records, and of its height.
-template <class T>
-[[gnu::noinline]] void add_layers(const Retired& retired, const FragmentSlot<T>* slots,
-                                  const Channels<const T>& attributes, const T* heights, SoftTile<T>& tile) {
-    using L = Lanes<T>;
-    using Real = typename L::Real;
-    for (int lane = 0; lane < kBlockPixels; lane += L::width) {
-        const auto add = [&](int plane, const auto& value_of) {
-            Real sum = L::load(tile.plane(plane, retired.b) + lane);
-            for (std::size_t k = 0; k < retired.count; ++k)
-                sum = sum + L::load(slots[retired.slots[k]].weight + lane) * value_of(k);
-            L::store(tile.plane(plane, retired.b) + lane, sum);
-        };
-        for (int c = 0; c < attributes.count; ++c) {
-            const Channel<const T> channel = attributes.channels[c];
-            add(3 + c, [&](std::size_t k) { return L::set(channel.values[retired.records[k] * channel.stride]); });
-        }
-        if (heights != nullptr)
-            add(SoftTile<T>::num_planes - 1,
-                [&](std::size_t k) { return L::load(heights + kBlockPixels * retired.slots[k] + lane); });
-    }
-}
 
 // Blends the records of one tile. All its functions are inlined, so that its fields live in registers: where the
 // columns of the queues lie is copied here because vector stores may touch any memory, and each field behind a
@@ -143,6 +123,7 @@ public:
           tile_(tile) {
         copy_columns();
         num_free_ = queues.num_free;
+        num_places_ = queues.num_places < kWordPlaces ? queues.num_places : kWordPlaces;
     }
 
     // Begins a record: gives it a place, and finds which records with places are within reach of it, and which are
@@ -173,6 +154,8 @@ public:
                 reached &= used, open &= used;
             }
             reached_[w] = reached;
+            for (std::uint64_t rest = reached; rest != 0; rest &= rest - 1)
+                find_share(record, start + static_cast<std::size_t>(__builtin_ctzll(rest)));
             open_[w] = open;
             if (open != 0) first_open = start + static_cast<std::size_t>(__builtin_ctzll(open));
         }
@@ -183,11 +166,21 @@ public:
         ends_[own_] = record.end;
         row_records_[own_] = record.id;
         num_begun_ = own_ / kWordPlaces + 1;
+        final_blocks_ = 0;
+        if (record.begins == nullptr) return;
+        for (int b = 0; b < kNumBlocks; b += W) {
+            const auto is_final = L::at_least(L::from_bits(~0u), L::load(record.begins + b), L::set(record.end));
+            final_blocks_ |= static_cast<std::uint32_t>(L::bits(is_final)) << b;
+        }
     }
 
-    // Adds the fragments of the current record, in one block, to its queue, and updates how they and waiting fragments
-    // hide each other; false if too many wait.
+    // Adds the fragments of the current record, in one block, to its queue, or if they are final to the sums, and
+    // updates how they and waiting fragments hide each other; false if too many wait.
     [[gnu::always_inline]] inline bool blend(const BlockFragments<T>& fragments) {
+        if ((final_blocks_ >> fragments.b & 1) != 0) {
+            blend_final(fragments);
+            return true;
+        }
         const int b = fragments.b;
         std::uint64_t* const queue = queue_of(b);
         std::size_t num_waiting = retired_early_[b], num_final = 0;
@@ -216,8 +209,166 @@ public:
             num_free_ = queues_.num_free;
         }
 
-        // Light behind all fragments wholly in front, and also behind those within reach.
         Real alpha[num_parts], front[num_parts], seen[num_parts];
+        meet(fragments, pixels, alpha, front, seen);
+        append(fragments, pixels, alpha, front, seen);
+        return true;
+    }
+
+    // Of some blocks those in which the current record is final at once and none waits for later ones.
+    [[gnu::always_inline]] inline std::uint32_t plain_blocks(std::uint32_t blocks) const {
+        std::uint32_t plain = blocks &= final_blocks_;
+        for (; blocks != 0; blocks &= blocks - 1) {
+            const int b = __builtin_ctz(blocks);
+            std::uint64_t open = 0;
+            for (std::size_t w = 0; w < num_begun_; ++w) open |= queue_of(b)[w] & open_[w];
+            plain &= ~((open != 0 ? 1u : 0u) << b);
+        }
+        return plain;
+    }
+
+    // Blends the fragments of the current record in such a block: as in depth order.
+    [[gnu::always_inline]] inline void blend_plainly(const BlockFragments<T>& fragments) {
+        const int b = fragments.b;
+        Real alpha[num_parts], light[num_parts];
+        for (int part = 0; part < num_parts; ++part) {
+            alpha[part] = L::load(fragments.alphas + part * W);
+            light[part] = L::load(soft_.light[b] + part * W);
+        }
+        finish_pixels(tile_, b, add_final(fragments, alpha, light, light));
+    }
+
+    // Retires all waiting fragments. Where fragments overlapped in depth, their weights are scaled to the alpha of the
+    // pixel.
+    [[gnu::always_inline]] inline void finish() {
+        for (int b = 0; b < kNumBlocks; ++b) {
+            if (const std::size_t count = count_before(b, num_used_); count > 0) retire(b, count);
+            if (soft_.shared[b] == 0) continue;
+            for (int lane = 0; lane < kBlockPixels; lane += W) {
+                const Real weights = L::load(soft_.weights[b] + lane);  // 0 where none leaves enough light to be seen
+                const auto shared = L::at_least(L::from_bits(static_cast<unsigned>(soft_.shared[b]) >> lane), weights,
+                                                L::set(std::numeric_limits<T>::min()));
+                const Real alpha = L::set(1) - L::load(tile_.light(b) + lane);
+                const Real factor = L::select(shared, alpha / weights, L::set(1));
+                for (int k = 0; k < num_planes_; ++k) {
+                    T* const plane = tile_.plane(k, b) + lane;
+                    L::store(plane, L::load(plane) * factor);
+                }
+            }
+        }
+        queues_.num_free = num_free_;
+    }
+
+private:
+    // What is summed up at the pixels of a vector.
+    struct Sums {
+        Real planes[Tile::num_planes], weights, light;
+
+        [[gnu::always_inline]] inline Sums(const SoftBlender& of, int b, int lane)
+            : weights(L::load(of.soft_.weights[b] + lane)), light(L::load(of.tile_.light(b) + lane)) {
+            for (int k = 0; k < Tile::num_planes; ++k)
+                if (of.uses_plane(k)) planes[k] = L::load(of.tile_.plane(k, b) + lane);
+        }
+        [[gnu::always_inline]] inline void store(const SoftBlender& of, int b, int lane) const {
+            for (int k = 0; k < Tile::num_planes; ++k)
+                if (of.uses_plane(k)) L::store(of.tile_.plane(k, b) + lane, planes[k]);
+            L::store(of.soft_.weights[b] + lane, weights);
+            L::store(of.tile_.light(b) + lane, light);
+        }
+        // A fragment of record `id`; its further shades lie `step` behind the first.
+        [[gnu::always_inline]] inline void add(const SoftBlender& of, std::uint32_t id, Real alpha, Real weight,
+                                               const T* shades, std::size_t step, const T* heights) {
+            const Record<T>& record = of.records_[id];
+            Real of_color = weight;
+            if constexpr (stored == Shading::streaks) of_color = weight * L::load(shades);
+            for (std::size_t c = 0; c < 3; ++c) {
+                if constexpr (stored == Shading::tints)
+                    planes[c] = planes[c] + weight * L::load(shades + c * step);
+                else
+                    planes[c] = planes[c] + of_color * L::set(record.color[c]);
+            }
+            for (int c = 0; c < of.layers_.count; ++c) {
+                const Channel<const T> channel = of.layers_.channels[c];
+                planes[3 + c] = planes[3 + c] + weight * L::set(channel.values[id * channel.stride]);
+            }
+            if (of.heights_ != nullptr)
+                planes[Tile::num_planes - 1] = planes[Tile::num_planes - 1] + weight * L::load(heights);
+            weights = weights + weight;
+            const auto shown = L::less(L::from_bits(~0u), L::set(0), weight);
+            light = L::select(shown, light - light * alpha, light);
+        }
+    };
+    // Plane k of a tile: color, layers, height.
+    [[gnu::always_inline]] inline bool uses_plane(int k) const {
+        return k < 3 || (k == Tile::num_planes - 1 ? heights_ != nullptr : k - 3 < layers_.count);
+    }
+
+    [[gnu::always_inline]] inline void copy_columns() {
+        slots_ = queues_.slots, shades_ = queues_.shades, heights_ = queues_.heights, free_slots_ = queues_.free_slots;
+        entries_ = queues_.entries, waiting_ = queues_.waiting, reached_ = queues_.reached, open_ = queues_.open;
+        row_records_ = queues_.records, depths_ = queues_.depths, squared_softness_ = queues_.squared_softness;
+        ends_ = queues_.ends, shares_ = queues_.shares;
+        num_words_ = queues_.num_words;
+    }
+
+    [[gnu::always_inline]] inline std::uint64_t* queue_of(int b) const {
+        return waiting_ + static_cast<std::size_t>(b) * num_words_;
+    }
+    [[gnu::always_inline]] inline FragmentEntry& entry_of(std::size_t place, int b) const {
+        return entries_[place * static_cast<std::size_t>(kNumBlocks) + static_cast<std::size_t>(b)];
+    }
+    [[gnu::always_inline]] inline T* shades_of(std::uint32_t slot, int c) const {
+        return shades_ +
+               kBlockPixels * (num_shades(stored) * static_cast<std::size_t>(slot) + static_cast<std::size_t>(c));
+    }
+    [[gnu::always_inline]] static inline std::size_t count_bits(std::uint64_t bits) {
+        return static_cast<std::size_t>(__builtin_popcountll(bits));
+    }
+    // The number of fragments of block b that wait in the places before `end`.
+    [[gnu::always_inline]] inline std::size_t count_before(int b, std::size_t end) const {
+        std::size_t count = 0;
+        for (std::size_t w = 0; w * kWordPlaces < end; ++w) {
+            const std::size_t places = end - w * kWordPlaces;
+            const std::uint64_t there = places < kWordPlaces ? (std::uint64_t{1} << places) - 1 : ~std::uint64_t{0};
+            count += count_bits(queue_of(b)[w] & there);
+        }
+        return count;
+    }
+
+    // What the record at `place` hides of one within its reach.
+    [[gnu::always_inline]] inline void find_share(const SoftRecord<T>& record, std::size_t place) const {
+        const T x = (record.depth - depths_[place]) / std::sqrt(record.squared_softness + squared_softness_[place]);
+        shares_[place] = share_hidden(x < 1 ? x : T(1));
+    }
+
+    // If all places are used: fragments final in all blocks are retired, the others move to the front, and if they are
+    // too many, more places are used. A tile begins with few, not with those that earlier ones needed: the order of
+    // sums hangs on when fragments are retired.
+    [[gnu::always_inline]] inline void make_place() {
+        for (int b = 0; b < kNumBlocks; ++b) {
+            const std::size_t count = count_before(b, first_open_);
+            if (count == 0) continue;
+            retire(b, count);
+            retired_early_[b] += count;
+        }
+        if (first_open_ > 0) drop_places(queues_, first_open_, num_used_);
+        num_used_ -= first_open_;
+        first_open_ = 0;
+        if (2 * num_used_ < num_places_) return;
+        if (num_places_ == queues_.num_places) {
+            add_places(queues_);
+            copy_columns();
+        }
+        num_places_ = num_places_ == 0 ? kWordPlaces : 2 * num_places_;
+    }
+
+    // The fragments of the current record in one block and those that wait within reach of it hide each other. `front`
+    // is the light behind all fragments wholly in front, `seen` that also behind those within reach.
+    [[gnu::always_inline]] inline void meet(const BlockFragments<T>& fragments, unsigned pixels,
+                                            Real (&alpha)[num_parts], Real (&front)[num_parts],
+                                            Real (&seen)[num_parts]) {
+        const int b = fragments.b;
+        const std::uint64_t* const queue = queue_of(b);
         for (int part = 0; part < num_parts; ++part) {
             const auto painted = L::from_bits(pixels >> (part * W));
             alpha[part] = L::where(painted, L::load(fragments.alphas + part * W));
@@ -249,9 +400,7 @@ public:
                     for (int part = 0; part < num_parts; ++part)
                         front[part] = seen[part] = L::load(other.before + part * W);
                 shared |= both;
-                const T gap = depths_[own_] - depths_[place];
-                const T x = gap / std::sqrt(squared_softness_[own_] + squared_softness_[place]);
-                const T share = share_hidden(x < 1 ? x : T(1));
+                const T share = shares_[place];
                 const Real hidden_here = L::set(share), hidden_there = L::set(1 - share);
                 for (int part = 0; part < num_parts; ++part) {
                     const Real weight = L::load(other.weight + part * W);
@@ -261,78 +410,52 @@ public:
             }
         }
         soft_.shared[b] = static_cast<std::uint16_t>(soft_.shared[b] | shared);
-        append(fragments, pixels, alpha, front, seen);
-        return true;
     }
 
-    // Retires all waiting fragments. Where fragments overlapped in depth, their weights are scaled to the alpha of the
-    // pixel.
-    [[gnu::always_inline]] inline void finish() {
-        for (int b = 0; b < kNumBlocks; ++b) {
-            if (const std::size_t count = count_before(b, num_used_); count > 0) retire(b, count);
-            if (soft_.shared[b] == 0) continue;
-            for (int lane = 0; lane < kBlockPixels; lane += W) {
-                const Real weights = L::load(soft_.weights[b] + lane);  // 0 where none leaves enough light to be seen
-                const auto shared = L::at_least(L::from_bits(static_cast<unsigned>(soft_.shared[b]) >> lane), weights,
-                                                L::set(std::numeric_limits<T>::min()));
-                const Real alpha = L::set(1) - L::load(tile_.light(b) + lane);
-                const Real factor = L::select(shared, alpha / weights, L::set(1));
-                for (int k = 0; k < num_planes_; ++k) {
-                    T* const plane = tile_.plane(k, b) + lane;
-                    L::store(plane, L::load(plane) * factor);
+    // Adds final fragments to the sums; returns the open pixels that are dark behind all.
+    [[gnu::always_inline]] inline unsigned add_final(const BlockFragments<T>& fragments, const Real (&alpha)[num_parts],
+                                                     const Real (&front)[num_parts], const Real (&seen)[num_parts]) {
+        const int b = fragments.b;
+        const std::uint32_t id = row_records_[own_];
+        const auto all = L::from_bits(~0u);
+        unsigned dark = 0, last = 0;
+        for (int part = 0; part < num_parts; ++part) {
+            const int lane = part * W;
+            const Real left = front[part] - front[part] * alpha[part];
+            const auto kept = L::at_least(all, left, L::set(tile_.min_transmittance));
+            Sums sums(*this, b, lane);
+            sums.add(*this, id, alpha[part], L::where(kept, seen[part] * alpha[part]), fragments.shades + lane,
+                     kNumBlocks * kBlockPixels, fragments.heights + lane);
+            sums.store(*this, b, lane);
+            const Real before = L::load(soft_.light[b] + lane), after = before - before * alpha[part];
+            L::store(soft_.light[b] + lane, after);
+            dark |= L::bits(L::less(all, after, L::set(tile_.min_transmittance))) << lane;
+            last |= L::bits(L::less(all, after, L::set(static_cast<T>(kLeastLight)))) << lane;
+        }
+        finish_pixels(tile_, b, last);
+        return dark & tile_.alive[b];
+    }
+
+    // Blends fragments of the current record that are final at once, in a block where others wait.
+    [[gnu::always_inline]] inline void blend_final(const BlockFragments<T>& fragments) {
+        Real alpha[num_parts], front[num_parts], seen[num_parts];
+        meet(fragments, fragments.pixels, alpha, front, seen);
+        pass(fragments.b, alpha);
+        if (add_final(fragments, alpha, front, seen) != 0) open_pixels_behind(fragments.b);
+    }
+
+    // Those that wait in block b are passed by final fragments, which are in front of all later ones and not in the
+    // queue.
+    [[gnu::always_inline]] inline void pass(int b, const Real (&alpha)[num_parts]) {
+        for (std::size_t w = 0; w < num_begun_; ++w)
+            for (std::uint64_t rest = queue_of(b)[w] & open_[w]; rest != 0; rest &= rest - 1) {
+                const std::size_t place = w * kWordPlaces + static_cast<std::size_t>(__builtin_ctzll(rest));
+                T* const before = slots_[entry_of(place, b).slot].before;
+                for (int part = 0; part < num_parts; ++part) {
+                    const Real light = L::load(before + part * W);
+                    L::store(before + part * W, light - light * alpha[part]);
                 }
             }
-        }
-        queues_.num_free = num_free_;
-    }
-
-private:
-    [[gnu::always_inline]] inline void copy_columns() {
-        slots_ = queues_.slots, shades_ = queues_.shades, heights_ = queues_.heights, free_slots_ = queues_.free_slots;
-        entries_ = queues_.entries, waiting_ = queues_.waiting, reached_ = queues_.reached, open_ = queues_.open;
-        row_records_ = queues_.records, depths_ = queues_.depths, squared_softness_ = queues_.squared_softness;
-        ends_ = queues_.ends;
-        num_places_ = queues_.num_places, num_words_ = queues_.num_words;
-    }
-
-    [[gnu::always_inline]] inline std::uint64_t* queue_of(int b) const {
-        return waiting_ + static_cast<std::size_t>(b) * num_words_;
-    }
-    [[gnu::always_inline]] inline FragmentEntry& entry_of(std::size_t place, int b) const {
-        return entries_[place * static_cast<std::size_t>(kNumBlocks) + static_cast<std::size_t>(b)];
-    }
-    [[gnu::always_inline]] inline T* shades_of(std::uint32_t slot, int c) const {
-        return shades_ +
-               kBlockPixels * (num_shades(stored) * static_cast<std::size_t>(slot) + static_cast<std::size_t>(c));
-    }
-    [[gnu::always_inline]] static inline std::size_t count_bits(std::uint64_t bits) {
-        return static_cast<std::size_t>(__builtin_popcountll(bits));
-    }
-    // The number of fragments of block b that wait in the places before `end`.
-    [[gnu::always_inline]] inline std::size_t count_before(int b, std::size_t end) const {
-        std::size_t count = 0;
-        for (std::size_t w = 0; w * kWordPlaces < end; ++w) {
-            const std::size_t places = end - w * kWordPlaces;
-            const std::uint64_t there = places < kWordPlaces ? (std::uint64_t{1} << places) - 1 : ~std::uint64_t{0};
-            count += count_bits(queue_of(b)[w] & there);
-        }
-        return count;
-    }
-
-    // If all places are used: fragments final in all blocks are retired, the others move to the front, and if they are
-    // too many, places are added.
-    [[gnu::always_inline]] inline void make_place() {
-        for (int b = 0; b < kNumBlocks; ++b) {
-            const std::size_t count = count_before(b, first_open_);
-            if (count == 0) continue;
-            retire(b, count);
-            retired_early_[b] += count;
-        }
-        if (first_open_ > 0) drop_places(queues_, first_open_, num_used_);
-        num_used_ -= first_open_;
-        first_open_ = 0;
-        if (2 * num_used_ >= num_places_) add_places(queues_);
-        copy_columns();
     }
 
     // The open pixels of block b in which too little light is left.
@@ -411,32 +534,17 @@ private:
             slots[k] = free_slots_[num_free_++] = entry_of(place, b).slot;
             records[k] = row_records_[place];
         }
-        for (int part = 0; part < num_parts; ++part) {
-            const int lane = part * W;
-            Real planes[3];
-            for (int k = 0; k < 3; ++k) planes[k] = L::load(tile_.plane(k, b) + lane);
-            Real sum = L::load(soft_.weights[b] + lane), light = L::load(tile_.light(b) + lane);
+        for (int lane = 0; lane < kBlockPixels; lane += W) {
+            Sums sums(*this, b, lane);
             for (std::size_t k = 0; k < count; ++k) {
                 const FragmentSlot<T>& slot = slots_[slots[k]];
-                const Record<T>& record = records_[records[k]];
-                const Real weight = L::load(slot.weight + lane);
-                Real of_color = weight;
-                if constexpr (stored == Shading::streaks) of_color = weight * L::load(shades_of(slots[k], 0) + lane);
-                for (int c = 0; c < 3; ++c) {
-                    if constexpr (stored == Shading::tints)
-                        planes[c] = planes[c] + weight * L::load(shades_of(slots[k], c) + lane);
-                    else
-                        planes[c] = planes[c] + of_color * L::set(record.color[c]);
-                }
-                sum = sum + weight;
-                const auto shown = L::less(L::from_bits(~0u), L::set(0), weight);
-                light = L::select(shown, light - light * L::load(slot.alpha + lane), light);
+                const T* const shades = stored == Shading::none ? nullptr : shades_of(slots[k], 0) + lane;
+                const T* const heights = heights_ == nullptr ? nullptr : heights_ + kBlockPixels * slots[k] + lane;
+                sums.add(*this, records[k], L::load(slot.alpha + lane), L::load(slot.weight + lane), shades,
+                         kBlockPixels, heights);
             }
-            for (int k = 0; k < 3; ++k) L::store(tile_.plane(k, b) + lane, planes[k]);
-            L::store(soft_.weights[b] + lane, sum);
-            L::store(tile_.light(b) + lane, light);
+            sums.store(*this, b, lane);
         }
-        if (num_planes_ > 3) add_layers({b, slots, records, count}, slots_, layers_, heights_, tile_);
     }
 
     const Record<T>* const records_;
@@ -457,12 +565,13 @@ private:
     std::uint32_t* row_records_;
     T* depths_;
     T* squared_softness_;
-    T* ends_;
+    T *ends_, *shares_;
     std::size_t num_free_, num_places_, num_words_;
     std::size_t num_used_ = 0;                    // places
     std::size_t first_open_ = 0;                  // the first place of a record that is not final
     std::size_t own_ = 0;                         // the place of the record that was begun
     std::size_t num_begun_ = 0;                   // words with places that are used
+    std::uint32_t final_blocks_ = 0;              // those in which it is final at once
     std::size_t retired_early_[kNumBlocks] = {};  // fragments retired to make place: they still count as waiting
 };
 

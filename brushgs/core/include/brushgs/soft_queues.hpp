@@ -49,7 +49,7 @@ struct SoftQueues {
     std::unique_ptr<std::uint32_t[]> free_memory;
     std::unique_ptr<FragmentEntry[]> entry_memory;
     std::unique_ptr<std::uint64_t[]> waiting_memory;
-    std::unique_ptr<T[]> column_memory, shade_memory, height_memory;
+    std::unique_ptr<T[]> column_memory, shade_memory, height_memory, begin_memory;
     std::unique_ptr<SoftBehind<T>[]> behind_memory;
     std::unique_ptr<std::uint32_t[]> record_memory;
     FragmentSlot<T>* slots = nullptr;     // [num_slots]
@@ -64,7 +64,9 @@ struct SoftQueues {
     T* depths = nullptr;                  // [num_places] camera z
     T* squared_softness = nullptr;        // [num_places]
     T* ends = nullptr;                    // [num_places] depth + softness
+    T* shares = nullptr;                  // [num_places] share that those within reach hide of the latest record
     SoftBehind<T>* behind = nullptr;      // [num_ids of a tile + 1]
+    T* begins = nullptr;                  // [num_ids of a tile + 1, num_queues] `begin` of the strokes of each block
     std::size_t num_slots = 0, num_free = 0, num_places = 0, num_words = 0, num_behind = 0;
     int num_shades = 0;  // of a slot: 0 for none, 1 for a factor, 3 for a color
     bool keeps_heights = false;
