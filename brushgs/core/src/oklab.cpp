@@ -41,6 +41,10 @@ void oklab_planes(const OklabTables& tables, const float* rgb, std::size_t count
 
 void seen_planes(const OklabTables& tables, const PlainPicture& picture, int num_threads, float* planes) {
     const std::size_t height = (picture.height + 1) / 2, width = (picture.width + 1) / 2, count = height * width;
+    constexpr float black[3] = {0, 0, 0}, white[3] = {1, 1, 1};
+    float empty[6];  // of pixels without paint, which are half of the picture of an object
+    write_oklab(tables, black, empty, 1);
+    write_oklab(tables, white, empty + 3, 1);
     parallel_for((height + kLinesPerItem - 1) / kLinesPerItem, num_threads, [&](std::size_t item) {
         const std::size_t end = std::min((item + 1) * kLinesPerItem, height);
         for (std::size_t y = item * kLinesPerItem; y < end; ++y)
@@ -55,8 +59,12 @@ void seen_planes(const OklabTables& tables, const PlainPicture& picture, int num
                 float rgb[3];
                 for (std::size_t k = 0; k < 3; ++k) rgb[k] = mean(picture.rgb, 3, k);
                 float* const lab = planes + y * width + x;
-                write_oklab(tables, rgb, lab, count);
                 const float rest = 1 - mean(picture.alpha, 1, 0);
+                if (rest == 1 && rgb[0] == 0 && rgb[1] == 0 && rgb[2] == 0) {
+                    for (std::size_t k = 0; k < 6; ++k) lab[k * count] = empty[k];
+                    continue;
+                }
+                write_oklab(tables, rgb, lab, count);
                 for (float& value : rgb) value += rest;
                 write_oklab(tables, rgb, lab + 3 * count, count);
             }
@@ -76,6 +84,7 @@ void seen_errors(const SeenErrors& query) {
                         const float away = query.painted[i] - query.plain[i];
                         squares += away * away;
                     }
+                    if (squares == 0) continue;  // no paint in either
                     const float step =
                         std::clamp((std::sqrt(squares) - query.low) / (query.high - query.low), 0.0f, 1.0f);
                     error += static_cast<double>(0.5f * squares * (step * step * (3 - 2 * step)));
