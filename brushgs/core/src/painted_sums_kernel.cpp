@@ -66,6 +66,24 @@ void start(const TileTask<T>& task, const PixelValues<T> picture, ValueTile<T>& 
     }
 }
 
+// Closes the pixels without any value: whatever is painted there adds nothing.
+template <class T>
+void close_empty(ValueTile<T>& tile) {
+    using L = Lanes<T>;
+    const auto all = L::from_bits(~0u);
+    const auto zero = L::set(0);
+    for (int b = 0; b < kNumBlocks; ++b) {
+        unsigned open = 0;
+        for (int lane = 0; lane < kBlockPixels; lane += L::width)
+            for (int k = 0; k < kNumPaintedSums; ++k) {
+                const auto value = L::load(tile.values[k][b] + lane);
+                open |= (L::bits(L::less(all, value, zero)) | L::bits(L::less(all, zero, value))) << lane;
+            }
+        tile.alive[b] = static_cast<std::uint16_t>(tile.alive[b] & open);
+        if (tile.alive[b] == 0) tile.alive_blocks &= ~(1u << b);
+    }
+}
+
 // Returns whether the record paints in the tile; only then are there sums.
 template <class T, Kernel kernel>
 [[gnu::always_inline]] inline bool sum_record(const TileTask<T>& task, const Record<T>& record, ValueTile<T>& tile,
@@ -115,6 +133,7 @@ void sum_tile(const TileTask<T>& task, const PixelValues<T>& pixels, const Recor
     if (task.num_ids == 0) return;
     ValueTile<T> tile;
     start(task, pixels, tile);
+    close_empty(tile);
     if (task.params.kernel == Kernel::gaussian)
         sum_all<T, Kernel::gaussian>(task, tile, sums);
     else

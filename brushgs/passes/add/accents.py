@@ -154,7 +154,7 @@ def _lacks(
         missing[..., 0] = _missing(-away) * (plain[index] <= dark) * covered
         missing[..., 1] = _missing(away) * (plain[index] >= light) * covered
         boxes, _ = project_with(gaussians, camera, kernel_options)
-        return boxes.ids, painted_sums(boxes, kernel, missing, covered.astype(np.float32))[0][:, :2]
+        return boxes.ids, painted_sums(boxes, kernel, missing, np.zeros_like(frame.alpha))[0][:, :2]
 
     for ids, sums in view_by_view(look, range(len(views)), len(gaussians)):
         add_rows(found, ids, sums)
