@@ -40,7 +40,7 @@ OF_PAINT = {
 OF_SCENE = {
     "--seed": ["0", "3"],
     "--economy": ["1", "0", "0.5"],
-    "--focus": ["auto", "0,0,0,0.3"],
+    "--focus": ["auto", "0,0,0,1"],
     "--azimuth": ["0", "30"],
     "--direction": ["own", "form"],
     "--clean": ["off", "strong"],

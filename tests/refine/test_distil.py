@@ -193,7 +193,7 @@ def test_the_command_writes_strokes_and_a_report(file, folder, capsys):
     assert told["output"] == "pears-refined.ply"
     counts = next(stage["counts"] for stage in told["stages"] if stage["name"] == "refine")
     assert counts["psnr_after"] > counts["psnr_before"]
-    assert counts["curve_steps"][-1] == 10
+    assert counts["curve_steps"][-1] == 10 or "gained less than" in counts["stopped"]
     assert len(bg.load("pears-refined.ply")) <= 100
     assert names() == ["pears-refined.ply", "report"]
     report = json.loads((folder / "report" / "refine.json").read_text())
