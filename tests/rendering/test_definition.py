@@ -34,7 +34,7 @@ WORDS += pairs_of(("gaussian", "ellipse"), ("", "raised", "glazed"), ENDS)
 
 @for_each(("words", "size"), zip(WORDS, cycle(SIZES), strict=False))
 def test_the_kernel_is_the_definition_in_float64(words, size):
-    """Few strokes: with their underpaint no more than 160 wait in soft order, see test_soft.py."""
+    """Few strokes: with their underpaint no more than 256 wait in soft order, see test_soft.py."""
     painting = painting_of(" ".join(words), 75, *size, sizes=(0.3, 60))
     actual, expected = painting.frame(), painting.defined()
     assert_same(actual, expected)

@@ -73,7 +73,7 @@ public:
         for (std::size_t i = 0; i < count_;) {
             std::size_t end = i;
             while (end < count_ && octaves[order_[end]] == octaves[order_[i]]) ++end;
-            if (crowd_.softness[order_[i]] > 0 && end - i > kDepthPoints)
+            if (end - i > kDepthPoints)
                 plan_octave(i, end);
             else
                 direct_.insert(direct_.end(), order_.begin() + offset(i), order_.begin() + offset(end));
@@ -103,11 +103,14 @@ private:
     void plan_octave(std::size_t begin, std::size_t end) {
         double least = std::numeric_limits<double>::infinity();
         for (std::size_t i = begin; i < end; ++i) least = std::min(least, crowd_.softness[order_[i]]);
+        double finest = least > 0 ? least : std::numeric_limits<double>::infinity();
+        if (least == 0)  // the light there changes with the softness of others
+            for (const double softness : crowd_.softness) finest = softness > 0 ? std::min(finest, softness) : finest;
         reaches_.resize(count_);
         for (std::size_t i = 0; i < count_; ++i)
             reaches_[i] = std::sqrt(least * least + crowd_.softness[i] * crowd_.softness[i]);
         for (std::size_t i = begin; i < end;) {
-            const double depth = crowd_.depths[order_[i]], longest = kMostSoftness * least;
+            const double depth = crowd_.depths[order_[i]], longest = kMostSoftness * finest;
             const std::size_t one_more = i + kDepthPoints;
             if (one_more >= end || crowd_.depths[order_[one_more]] > depth + longest) {  // no cell has that many
                 direct_.push_back(order_[i++]);
@@ -128,7 +131,8 @@ private:
             alphas += crowd_.alphas[i];
             changes += crowd_.alphas[i] / reaches_[i];
         }
-        return std::min(kMostDepth * alphas, kMostChange) / changes;
+        return changes > 0 ? std::min(kMostDepth * alphas, kMostChange) / changes
+                           : std::numeric_limits<double>::infinity();
     }
 
     // Of the rows order_[begin] to order_[end - 1].
@@ -191,6 +195,8 @@ private:
                        first_point,
                        static_cast<std::uint32_t>(crowd_.points.size()) - first_point,
                        is_direct,
+                       !is_direct && softness == 0,
+                       rows[0],
                        depths.low,
                        softness};
         // Ties without softness: rows hide each other in their order.
@@ -302,6 +308,9 @@ void find_shares(Crowd<T>& crowd, const CrowdCell& cell) {
         find(0, nearer, 1);
         find(nearer, count, 0);
         if (point.is_stroke) shares[point.rank - cell.first] = 0;
+        if (cell.is_hard)
+            for (std::size_t i = cell.own - cell.first; i < count; ++i)
+                if (softness[i] == 0) shares[i] = 0;
     }
 }
 

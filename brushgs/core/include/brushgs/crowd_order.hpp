@@ -148,6 +148,7 @@ private:
             Real planes[Tile::num_planes];
             for (int k = 0; k < Tile::num_planes; ++k) planes[k] = L::load(tile_.plane(k, b) + lane);
             Real sum = L::load(soft_.weights[b] + lane), light = L::load(tile_.light(b) + lane);
+            Real through = L::set(1);  // the light that passes the rows of a hard cell so far
             for (std::size_t i = 0; i < window.num_own; ++i) {
                 const std::size_t place = own[i];
                 const std::uint32_t row = rows[place], id = crowd_.ids.data()[row];
@@ -159,10 +160,15 @@ private:
                     const T* const factors = crowd_.factors.data() + kMostPoints * row;
                     seen = lights[0] * L::set(factors[0]);
                     for (std::size_t p = 1; p < cell.num_points; ++p) seen = seen + lights[p] * L::set(factors[p]);
-                    seen = seen / (L::set(1) - alpha * L::set(T(0.5)));  // it does not hide itself
+                    if (cell.is_hard)
+                        seen = seen * through;
+                    else
+                        seen = seen / (L::set(1) - alpha * L::set(T(0.5)));  // it does not hide itself
                 }
                 const auto painted = L::less(L::from_bits(~0u), L::set(0), alpha);
-                const auto kept = L::at_least(painted, front - front * alpha, L::set(tile_.min_transmittance));
+                const Real before = front * through;
+                const auto kept = L::at_least(painted, before - before * alpha, L::set(tile_.min_transmittance));
+                if (cell.is_hard) through = through - through * alpha;
                 const Real weight = L::where(L::less(kept, L::set(0), seen), seen * alpha);
                 Real of_color = weight;
                 if constexpr (stored == Shading::streaks)

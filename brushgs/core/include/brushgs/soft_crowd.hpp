@@ -4,7 +4,8 @@
 // softness. So strokes of similar depth and softness form cells; the light is computed at a few Chebyshev points of
 // each cell, and interpolated at its strokes. Strokes hide others by definition, at their own depths, and keep their
 // own weight: nothing is merged, and a stroke that crosses a border jumps by no more than the error of interpolation.
-// Cells with no more strokes than points have their points at the strokes, without error.
+// Cells with no more strokes than points have their points at the strokes, without error. Underpaint has no softness:
+// in its cells the light that passes softer strokes is interpolated, and what they hide of each other is exact.
 #pragma once
 
 #include <cstddef>
@@ -25,6 +26,8 @@ struct CrowdCell {
     std::uint32_t first_point;  // of `Crowd::points`
     std::uint32_t num_points;   // at most kMostPoints
     bool is_direct;             // its points are its strokes
+    bool is_hard;               // without softness: its rows hide those behind them in it wholly
+    std::uint32_t own;          // its first row
     double depth, softness;     // the least depth and the largest softness in it
 };
 

@@ -15,7 +15,7 @@ namespace brushgs {
 
 // If more fragments of a block wait, the tile is a crowd, see soft_crowd.hpp: the cost of a fragment grows with the
 // length of its queue.
-constexpr std::size_t kMostWaiting = 160;
+constexpr std::size_t kMostWaiting = 256;
 
 template <class T>
 struct alignas(64) FragmentSlot {
