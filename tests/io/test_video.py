@@ -103,6 +103,17 @@ def test_a_video_gives_its_frames_back(tmp_path, suffix, codec, bits):
     assert errors.argmax(axis=1).tolist() == list(range(NUM_FRAMES))
 
 
+def test_frames_behind_a_hard_cut_are_as_good_as_without_it(tmp_path):
+    """Where motion is predicted across a cut, errors stay larger for a second."""
+    noise = np.random.default_rng(1).normal(128, 90, (HEIGHT, 2 * WIDTH))
+    texture = np.repeat(np.clip(gaussian_filter(noise, 1), 0, 255).astype(np.uint8)[..., None], 3, axis=2)
+    shot = [np.ascontiguousarray(texture[:, 2 * i : 2 * i + WIDTH]) for i in range(26)]
+    both = read(film(tmp_path / "both.mp4", moving_picture(num_frames=26) + shot))[0][26:]
+    alone = read(film(tmp_path / "alone.mp4", shot))[0]
+    found, least = (min(map(psnr, decoded, shot)) for decoded in (both, alone))
+    assert found > least - 1
+
+
 def test_bytes_do_not_depend_on_what_lay_in_memory(tmp_path):
     code = (
         "import hashlib, pathlib, sys\n"
