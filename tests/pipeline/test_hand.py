@@ -121,7 +121,7 @@ def changes(frames):
 
 def closed_file(scene):
     """A file of cameras on a small circle, whose last view is its first one."""
-    cameras = bg.orbit(read_scene(scene)[0], 40 * NUM_FRAMES, width=48, height=36)
+    cameras = bg.orbit(read_scene(scene)[0], 40 * NUM_FRAMES, width=48, height=36, zoom=1.2)
     away = np.rint(NUM_FRAMES / 4 * np.sin(2 * np.pi * np.arange(NUM_FRAMES + 1) / NUM_FRAMES)).astype(int)
     write_cameras(FILE.resolve(), [cameras[step] for step in away])
 
@@ -136,4 +136,4 @@ def test_a_film_closes_where_the_path_of_its_camera_closes(of_file, hand, scene)
     assert len(found) == NUM_FRAMES
     if "boil" in hand:
         found = found[2::3]  # from drawing to drawing: the last one is over when the film begins again
-    assert 0.5 * found[:-1].min() < found[-1] < 1.05 * found[:-1].max()  # 0 where the first frame comes twice
+    assert 0.9 * found[:-1].min() < found[-1] < 1.05 * found[:-1].max()  # 0 where the first frame comes twice
